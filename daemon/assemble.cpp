@@ -10,7 +10,9 @@
 
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
+#include "associate/uncalibrated_views.h"
 #include "base/log.h"
+#include "calibration/wand/wand_calibrator.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/jpeg_encoder.h"
 #include "cameras/open_camera.h"
@@ -19,6 +21,7 @@
 #include "detect/blob_detector.h"
 #include "explain/search_explainer.h"
 #include "label/body_labeller.h"
+#include "model/calibrated_camera.h"
 #include "settings/packed_files.h"
 #include "settings/same_settings.h"
 #include "settings/subject/shipped_marker_sets.h"
@@ -165,6 +168,13 @@ std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& se
   return timecode::make_timecode_source(settings.timecode, settings.nominal_rate_hz);
 }
 
+// Null in a replay, which mocap-calibrate calibrates. One thread, so that the pipeline keeps the other processors.
+std::unique_ptr<RigCalibrator> make_calibrator(const settings::DaemonSettings& settings) {
+  constexpr int kSolverThreads = 1;
+  if (is_replay(settings)) return nullptr;
+  return std::make_unique<calibration::WandCalibrator>(settings.rig, kSolverThreads);
+}
+
 bool plays_take(const cameras::CameraSettings& camera) {
   const auto* replay = camera.driver.as<cameras::ReplaySettings>();
   return replay != nullptr && !replay->file.empty();
@@ -221,15 +231,16 @@ Description describe(const settings::DaemonSettings& settings, std::string sessi
 
 fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
   fusion::FusionParts row;
-  row.matcher = associate::make_matcher(settings.match, settings.rig);
-  row.triangulator = associate::make_triangulator(settings.triangulate, settings.rig);
+  const Rig rig = associate::with_blind_models(settings.rig);
+  row.matcher = associate::without_uncalibrated_views(associate::make_matcher(settings.match, rig), settings.rig);
+  row.triangulator = associate::make_triangulator(settings.triangulate, rig);
   row.tracker = track3d::make_marker_tracker(settings.track_markers);
   row.labeller = label::make_labeller(settings.label, settings.subject_models);
   row.solver = solve::make_skeleton_solver(settings.solve, settings.subject_models);
   if (settings.refine.instants > 0) {
     row.refiner = std::make_unique<solve::SubjectRefiner>(settings.refine, settings.subject_models);
   }
-  if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<drift::DriftWatch>(settings.drift, settings.rig);
+  if (settings.drift.drift_px > 0.0) row.drift = std::make_unique<drift::DriftWatch>(settings.drift, rig);
   return row;
 }
 
@@ -243,7 +254,7 @@ std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettin
                                             .rigid_tolerance_m = settings.label.rigid_tolerance_m,
                                             .min_views_new = settings.match.min_views_new,
                                             .still_for = settings.label.still_for};
-  return explain::make_search_explainer(thresholds, settings.rig, settings.subject_models,
+  return explain::make_search_explainer(thresholds, associate::with_blind_models(settings.rig), settings.subject_models,
                                         settings::load_shipped_marker_sets());
 }
 
@@ -253,8 +264,10 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
   parts.name = settings.cameras[id.value].name;
   parts.stream = std::make_unique<StreamCounters>();
   if (const Status opened = open_camera(settings, id, epoch, parts); !opened) return opened.error();
-  parts.expected_width_px = model.width_px;
-  parts.expected_height_px = model.height_px;
+  if (is_calibrated(model)) {
+    parts.expected_width_px = model.width_px;
+    parts.expected_height_px = model.height_px;
+  }
   parts.drawn_masks = model.masks;
   return parts;
 }
@@ -291,6 +304,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Result<std::unique_ptr<BlobWriter>> blobs = open_blobs(settings);
   if (!blobs) return blobs.error();
   made.parts.blob_writer = std::move(*blobs);
+  made.parts.calibrator = make_calibrator(settings);
   made.parts.preview_encoder = std::make_unique<cameras::JpegEncoder>();
   made.parts.takes = make_takes(settings, made.parts.description);
   Result<std::unique_ptr<runtime::TriggerParts>> trigger = open_trigger(settings);
@@ -369,6 +383,7 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   change.timecode_continues =
       settings::same_section(before, now, "timecode") && before.nominal_rate_hz == now.nominal_rate_hz;
   if (!change.timecode_continues) change.timecode = make_timecode(now);
+  change.calibrator = make_calibrator(now);
   if (!now.kept.empty()) change.writers.push_back(settings::make_subject_keeper(now.kept));
   return change;
 }

@@ -1,5 +1,6 @@
 #include "reload.h"
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -7,6 +8,7 @@
 
 #include "assemble.h"
 #include "base/log.h"
+#include "settings/rig/kept_rigs.h"
 #include "settings/rig/learnt_masks.h"
 #include "settings/subject/add_subject.h"
 #include "timecode/timecode_sources.h"
@@ -74,6 +76,31 @@ Status save_subject(const Configuration& now, const settings::NewSubject& subjec
   });
 }
 
+// Writes a calibrated rig, with the masks in force, or an earlier one.
+Status save_rig(const Configuration& now, const runtime::MainOrder& order) {
+  const auto places = settings::rig_places(*now.settings);
+  if (!places) return places.error();
+  if (!order.restore.empty()) return settings::restore_rig(*places, order.restore);
+  CalibratedRig rig = *order.rig;
+  for (CameraModel& camera : rig.rig) {
+    const auto same = std::ranges::find(now.settings->rig, camera.name, &CameraModel::name);
+    if (same == now.settings->rig.end()) continue;
+    camera.masks = same->masks;
+    camera.learnt_masks = same->learnt_masks;
+  }
+  return settings::write_rig(*places, rig);
+}
+
+void list_rigs(const Configuration& now, runtime::MainDone& answer) {
+  const auto places = settings::rig_places(*now.settings);
+  answer.done = places.has_value();
+  if (!places) {
+    answer.message = places.error().message;
+  } else {
+    answer.rigs = settings::list_rigs(*places);
+  }
+}
+
 }  // namespace
 
 Result<settings::DaemonSettings, settings::Faults> load_checked(const std::filesystem::path& config,
@@ -95,9 +122,14 @@ Result<settings::DaemonSettings, settings::Faults> load_checked(const std::files
 std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const runtime::MainOrder& order,
                                                  runtime::MainDone& answer) {
   answer.order = order.number;
+  if (order.list_rigs) {
+    list_rigs(now, answer);
+    return nullptr;
+  }
   Status saved;
   if (!order.masks.empty()) saved = save_masks(now, order.masks);
   if (saved && !order.subject.empty()) saved = save_subject(now, {order.subject, order.marker_set});
+  if (saved && (order.rig || !order.restore.empty())) saved = save_rig(now, order);
   if (!saved) {
     answer.message = saved.error().message;
     return nullptr;

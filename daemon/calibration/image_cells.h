@@ -3,11 +3,13 @@
 #include <cstddef>
 #include <string>
 
+#include "model/calibration_report.h"
+
 namespace mocap::calibration {
 
 /// Coverage of an image is counted in kImageCells x kImageCells cells. Chosen by hand: a cell of a 1280x1024 image is
 /// 160x128 px, about the image of a wand at 4 m.
-inline constexpr int kImageCells = 8;
+inline constexpr int kImageCells = kCoverageCells;
 
 /// Names the ninth of an image ("the top left") with the smallest fraction of occupied cells; empty if every ninth has
 /// at least half of its cells occupied. `cells`: n x n counts, row by row.

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "model/calibration_order.h"
+#include "model/calibration_report.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
@@ -26,14 +28,17 @@ enum class ControlAction {
   FitSubject,     ///< applies the fitted body of the request
   AdjustCamera,
   LearnMask,
-  Reload,  ///< reads the configuration again
-  Take,    ///< follows the order `take` of the request
+  Reload,          ///< reads the configuration again
+  Take,            ///< follows the order `take` of the request
+  GetCalibration,  ///< the progress of the calibration, or the earlier rigs
+  Calibrate,       ///< follows the order `calibration` of the request
 };
 
 /// Whether the request reads only.
 constexpr bool only_looks(ControlAction action) {
   return action == ControlAction::GetStatus || action == ControlAction::GetDescription ||
-         action == ControlAction::GetSnapshot || action == ControlAction::GetShots;
+         action == ControlAction::GetSnapshot || action == ControlAction::GetShots ||
+         action == ControlAction::GetCalibration;
 }
 
 /// A request of an operator to the running daemon.
@@ -48,6 +53,7 @@ struct ControlRequest {
   std::vector<Eigen::Vector3d> marker_offsets_m;  ///< FitSubject: by marker
   double residual_m = 0.0;                        ///< FitSubject
   TakeOrder take;                                 ///< Take; its `number` is not used
+  CalibrationOrder calibration;                   ///< GetCalibration, Calibrate; its `number` is not used
 };
 
 enum class ControlCode { Done, Invalid, NotFound, Forbidden, Unsupported, Timeout, Failed };
@@ -74,6 +80,8 @@ struct ControlAnswer {
   const Description* description = nullptr;  ///< borrowed
   const Snapshot* snapshot = nullptr;        ///< borrowed
   std::optional<std::vector<Shot>> shots = std::nullopt;
+  const CalibrationReport* calibration = nullptr;  ///< borrowed
+  std::optional<std::vector<KeptRig>> rigs = std::nullopt;
 };
 
 }  // namespace mocap

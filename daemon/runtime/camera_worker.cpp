@@ -164,6 +164,7 @@ Status CameraWorker::process(const Frame& frame, const std::stop_token& stop) {
   keep_for_take();
   push(stop);
   offer_preview(frame);
+  offer_calibration(frame.image);
   return {};
 }
 
@@ -239,6 +240,23 @@ void CameraWorker::keep_for_take() {
 
 void CameraWorker::offer_preview(const Frame& frame) {
   if (channel_.wake_preview != nullptr && channel_.preview.offer(frame, seen_.blobs)) channel_.wake_preview->signal();
+}
+
+// No wake-up: the calibration thread empties the queue many times a second while it collects images.
+void CameraWorker::offer_calibration(const Image& image) {
+  if (!channel_.calibrating.load(std::memory_order_acquire)) return;
+  CalibrationImage wanted;
+  wanted.exposed_at = seen_.exposed_at;
+  wanted.width_px = image.width_px;
+  wanted.height_px = image.height_px;
+  for (const Blob& blob : seen_.blobs) {
+    if (blob.touches_border || blob.merged) continue;
+    if (!wanted.spots.try_push_back({blob.centroid, blob.sigma_px})) {
+      wanted.spots.clear();
+      break;
+    }
+  }
+  if (!channel_.to_calibrate.try_push(wanted)) channel_.counters.dropped_calibration_full.add();
 }
 
 void CameraWorker::log_failure(const Error& error) {

@@ -13,6 +13,7 @@
 #include "base/wake_signal.h"
 #include "detect/mask_learner.h"
 #include "model/blob.h"
+#include "model/calibration_image.h"
 #include "model/health.h"
 #include "module/blob_tracker.h"
 #include "module/camera.h"
@@ -51,6 +52,9 @@ struct CameraNote {
 
 enum class Delivery { NotYet, Delivering, Ended };
 
+/// Images that wait for the calibration thread: 0.5 s at 120 Hz.
+inline constexpr std::size_t kCalibrationImages = 64;
+
 /// Queues and counters between one camera's thread and the other threads.
 struct CameraChannel {
   CameraChannel(std::size_t queue_frames, WakeSignal& fusion) : frames(queue_frames), wake_fusion(fusion) {}
@@ -70,9 +74,11 @@ struct CameraChannel {
   WakeSignal* wake_recorder = nullptr;  ///< null: blobs are not recorded
   WakeSignal* wake_take = nullptr;      ///< null: no takes are recorded
   PreviewSlot preview;                  ///< to the preview thread
-  WakeSignal* wake_preview = nullptr;   ///< null: no previews are made
-  RigGauges rig;                        ///< set by the fusion thread
-  BlobUseCounters blob_use;             ///< set by the fusion thread
+  SpscQueue<CalibrationImage> to_calibrate{kCalibrationImages};  ///< to the calibration thread, while `calibrating`
+  std::atomic<bool> calibrating{false};                          ///< set by the calibration thread
+  WakeSignal* wake_preview = nullptr;                            ///< null: no previews are made
+  RigGauges rig;                                                 ///< set by the fusion thread
+  BlobUseCounters blob_use;                                      ///< set by the fusion thread
   CameraCounters counters;
 };
 
@@ -106,6 +112,7 @@ class CameraWorker : public Pausable {
   void record(const std::stop_token& stop);
   void keep_for_take();
   void offer_preview(const Frame& frame);
+  void offer_calibration(const Image& image);
   CameraPhase phase_after(const Error& error) const;
   void log_failure(const Error& error);
   void note(CameraPhase phase, const std::string& error = {});

@@ -10,6 +10,7 @@
 #include "base/bounded_vector.h"
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
+#include "model/calibration_report.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/image_mask.h"
@@ -54,12 +55,15 @@ struct MaskLearnt {
   double covered_share = 0.0;
 };
 
-/// From the control thread to the main thread: reload the configuration, after an optional change of it.
+/// From the control thread to the main thread: reload the configuration, after an optional change of it or of the rig.
 struct MainOrder {
   std::uint64_t number = 0;
   std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: learnt masks to save; empty: no change
   std::string subject;                          ///< name of a subject to add to the configuration; empty: none
   std::string marker_set;                       ///< absolute path of the new subject's marker set file
+  std::optional<CalibratedRig> rig;             ///< a rig to write and use
+  std::string restore;                          ///< name of an earlier rig to use again; empty: none
+  bool list_rigs = false;                       ///< lists the earlier rigs, and changes nothing
 };
 
 /// Answer of the main thread; the message may have several lines.
@@ -67,6 +71,7 @@ struct MainDone {
   std::uint64_t order = 0;
   bool done = false;
   std::string message;
+  std::vector<KeptRig> rigs;    ///< of list_rigs
   bool change_follows = false;  ///< the main thread changes the pipeline next: a request must wait until then
 };
 

@@ -74,6 +74,10 @@ void ControlWorker::change(Description description, Links links) {
       away[i] = away_[static_cast<std::size_t>(same - description_.subjects.begin())];
   }
   away_ = std::move(away);
+  if (calibration_.state == CalibrationState::Collecting || calibration_.state == CalibrationState::Solving) {
+    calibration_.state = CalibrationState::Cancelled;
+    calibration_.message = "the configuration changed during the calibration; start again";
+  }
   description_ = std::move(description);
   links_ = std::move(links);
 }
@@ -99,6 +103,7 @@ void ControlWorker::receive_updates() {
     description_ = *description;
     control.descriptions.pop();
   }
+  receive_calibration();
 }
 
 ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::stop_token& stop) {
@@ -125,6 +130,8 @@ ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::s
       return order_take(list, stop);
     }
     case ControlAction::Take: return order_take(request, stop);
+    case ControlAction::GetCalibration: return look_at_calibration(request.calibration, stop);
+    case ControlAction::Calibrate: return calibrate(request.calibration, stop);
   }
   return failure(ControlCode::Unsupported, "unknown request");
 }
@@ -344,6 +351,7 @@ ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std
 ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
   const std::uint64_t number = order.number = ++orders_;
+  const bool lists = order.list_rigs;
   if (!control.to_main.try_push(std::move(order))) return not_answered("the daemon");
   const Timestamp begun = host_now();
   MainDone answer;
@@ -353,7 +361,9 @@ ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& 
     while (control.from_main.try_pop(answer)) {
       if (answer.order != number) continue;
       change_follows_ = answer.change_follows;
-      return failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
+      ControlAnswer executed = failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
+      if (lists) executed.rigs = std::move(answer.rigs);
+      return executed;
     }
     std::this_thread::sleep_for(kAnswerPollPeriod);
   }

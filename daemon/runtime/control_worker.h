@@ -9,6 +9,7 @@
 
 #include "model/control.h"
 #include "module/control_server.h"
+#include "runtime/calibration_worker.h"
 #include "runtime/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/take_worker.h"
@@ -22,8 +23,9 @@ class ControlWorker {
   /// All objects outlive the worker.
   struct Links {
     ControlChannel* control = nullptr;
-    std::vector<CameraChannel*> cameras;  ///< by CameraId
-    TakeChannel* takes = nullptr;         ///< may be null: no takes are recorded
+    std::vector<CameraChannel*> cameras;        ///< by CameraId
+    TakeChannel* takes = nullptr;               ///< may be null: no takes are recorded
+    CalibrationChannel* calibration = nullptr;  ///< may be null: nothing is calibrated
   };
 
   /// `lossless`: the run is a replay, which cannot be stopped and started.
@@ -51,6 +53,11 @@ class ControlWorker {
   ControlAnswer adjust_camera(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer learn_mask(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer order_take(const ControlRequest& request, const std::stop_token& stop);
+  ControlAnswer look_at_calibration(const CalibrationOrder& order, const std::stop_token& stop);
+  ControlAnswer calibrate(const CalibrationOrder& order, const std::stop_token& stop);
+  ControlAnswer order_calibration(CalibrationOrder order, const std::stop_token& stop);
+  ControlAnswer apply_calibration(const std::stop_token& stop);
+  void receive_calibration();
   ControlAnswer order_main(MainOrder order, const std::stop_token& stop);
   std::optional<std::size_t> find_camera(const std::string& name) const;
   std::optional<OrderDone> wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,
@@ -67,6 +74,7 @@ class ControlWorker {
   std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
+  CalibrationReport calibration_;  // the newest
 };
 
 }  // namespace mocap::runtime

@@ -44,11 +44,12 @@ struct DetectionCounters {
 /// Counters of one camera. The camera's thread writes them.
 struct CameraCounters {
   Counter frames;
-  Counter missing_frames;       ///< images missing in the camera's frame numbers
-  Counter failed_frames;        ///< images that arrived incomplete
-  Counter dropped_queue_full;   ///< blob frames dropped because the queue to the fusion was full
-  Counter dropped_record_full;  ///< blob frames dropped because the queue to the blob recorder was full
-  Counter dropped_take_full;    ///< blob frames dropped because the queue to the recorder of takes was full
+  Counter missing_frames;            ///< images missing in the camera's frame numbers
+  Counter failed_frames;             ///< images that arrived incomplete
+  Counter dropped_queue_full;        ///< blob frames dropped because the queue to the fusion was full
+  Counter dropped_record_full;       ///< blob frames dropped because the queue to the blob recorder was full
+  Counter dropped_take_full;         ///< blob frames dropped because the queue to the recorder of takes was full
+  Counter dropped_calibration_full;  ///< images dropped because the queue to the calibration was full
   DetectionCounters detection;
   Counter reopened;
 };

@@ -43,6 +43,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
     side_worker_ =
         std::make_unique<SideWorker>(std::move(parts.writers), settings_.lossless, *to_side_, side_counters_);
   }
+  set_calibrator(std::move(parts.calibrator));
   if (parts.control != nullptr) {
     control_ = std::make_unique<ControlChannel>();
     control_->wake_fusion = &wake_fusion_;
@@ -70,6 +71,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   start_publish();
   start_fusion();
   for (std::size_t i = 0; i < cameras_.size(); ++i) start_camera(i);
+  start_calibration();
   start_control();
   start_trigger();
 }
@@ -135,7 +137,7 @@ PublishWorker::Links Pipeline::publish_links() {
 }
 
 ControlWorker::Links Pipeline::control_links() {
-  return {control_.get(), borrow_channels(), records_takes_ ? &take_channel_ : nullptr};
+  return {control_.get(), borrow_channels(), records_takes_ ? &take_channel_ : nullptr, calibration_.get()};
 }
 
 std::vector<const RecordingProgress*> Pipeline::recordings() const {
@@ -198,6 +200,30 @@ void Pipeline::start_previews() {
     name_this_thread("mocap-preview");
     preview_worker_->run(token);
   });
+}
+
+// Call while the threads of control and calibration do not run.
+void Pipeline::set_calibrator(std::unique_ptr<RigCalibrator> calibrator) {
+  calibration_worker_.reset();
+  calibration_.reset();
+  if (!calibrator) return;
+  calibration_ = std::make_unique<CalibrationChannel>();
+  calibration_worker_ = std::make_unique<CalibrationWorker>(std::move(calibrator), borrow_channels(), *calibration_);
+}
+
+void Pipeline::start_calibration() {
+  if (!calibration_worker_) return;
+  calibration_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-calibrat");
+    calibration_worker_->run(token);
+  });
+}
+
+// A step of a solution in progress ends first.
+void Pipeline::stop_calibration() {
+  calibration_thread_.request_stop();
+  if (calibration_) calibration_->ordered.signal();
+  if (calibration_thread_.joinable()) calibration_thread_.join();
 }
 
 // Call while the threads of fusion, publish, control and takes do not run.
@@ -311,6 +337,7 @@ void Pipeline::answer(MainDone answer) {
 void Pipeline::stop() {
   control_thread_.request_stop();
   if (control_thread_.joinable()) control_thread_.join();
+  stop_calibration();
   // The threads stop in the order of the data flow: a thread ends when no thread before it can produce data.
   for (CameraUnit& camera : cameras_) camera.thread.request_stop();
   for (CameraUnit& camera : cameras_) {

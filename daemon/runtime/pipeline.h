@@ -18,6 +18,7 @@
 #include "module/timecode_source.h"
 #include "module/writer.h"
 #include "runtime/blob_recorder.h"
+#include "runtime/calibration_worker.h"
 #include "runtime/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/control_worker.h"
@@ -47,6 +48,7 @@ struct PipelineParts {
   std::unique_ptr<TriggerParts> trigger = {};            ///< none: takes have no remote triggers
   std::unique_ptr<TimecodeSource> timecode = {};         ///< none: snapshots have no timecode
   std::unique_ptr<PreviewEncoder> preview_encoder = {};  ///< none: no previews are made
+  std::unique_ptr<RigCalibrator> calibrator = {};        ///< none: nothing is calibrated
 };
 
 /// How a camera continues in the next configuration.
@@ -86,7 +88,8 @@ struct PipelineChange {
   std::vector<TakeFile> take_files = {};          ///< of takes that start later, if takes_continue
   std::unique_ptr<TimecodeSource> timecode = {};  ///< null: snapshots have no timecode, or timecode_continues
   bool timecode_continues = false;
-  OpenPart<TriggerParts> open_trigger = {};  ///< may return null: takes have no remote triggers
+  std::unique_ptr<RigCalibrator> calibrator = {};  ///< null: nothing is calibrated
+  OpenPart<TriggerParts> open_trigger = {};        ///< may return null: takes have no remote triggers
 };
 
 /// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.
@@ -161,6 +164,9 @@ class Pipeline {
   void set_explainer(std::unique_ptr<SearchExplainer> explainer);
   void pause_explain();
   void start_previews();
+  void set_calibrator(std::unique_ptr<RigCalibrator> calibrator);
+  void start_calibration();
+  void stop_calibration();
   void pause_previews();
   std::unique_ptr<BlobRecorder> pause_recorder(PipelineChange& change);
   void pause_row();
@@ -214,7 +220,9 @@ class Pipeline {
   std::unique_ptr<ExplainWorker> explain_worker_;
   std::unique_ptr<TakeWorker> take_worker_;
   std::unique_ptr<TriggerWorker> trigger_worker_;
-  std::unique_ptr<TimecodeWorker> timecode_worker_;     // null: no source of timecode
+  std::unique_ptr<TimecodeWorker> timecode_worker_;  // null: no source of timecode
+  std::unique_ptr<CalibrationChannel> calibration_;  // null: nothing is calibrated
+  std::unique_ptr<CalibrationWorker> calibration_worker_;
   std::unique_ptr<PreviewWorker> preview_worker_;       // null: no previews are made
   std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished
   std::unique_ptr<TakeWorker> ended_takes_;             // to be finished
@@ -234,6 +242,7 @@ class Pipeline {
   std::jthread trigger_thread_;
   std::jthread timecode_thread_;
   std::jthread preview_thread_;
+  std::jthread calibration_thread_;
 };
 
 }  // namespace mocap::runtime

@@ -22,6 +22,7 @@ Status Pipeline::change(PipelineChange change) {
   MOCAP_EXPECTS(change.settings.lossless == settings_.lossless);
   settings_ = with_lossless(std::move(change.settings));
   pause_control();
+  stop_calibration();
   change_cameras(change);
   if (!change.timecode_continues) {
     stop_timecode();
@@ -40,6 +41,7 @@ Status Pipeline::change(PipelineChange change) {
   start_takes();
   start_explain();
   start_previews();
+  start_calibration();
   if (changed) start_publish();
   start_fusion();
   removed_.clear();
@@ -198,6 +200,7 @@ void Pipeline::change_row(PipelineChange& change) {
   change_takes(change);
   set_explainer(std::move(change.explainer));
   if (preview_worker_) preview_worker_->change(borrow_channels());
+  set_calibrator(std::move(change.calibrator));
   fusion_worker_->change(
       {settings_.align, std::move(change.fusion), std::move(change.handover), settings_.fusion, fusion_links()});
   publish_worker_->change(description_, settings_.publish, publish_links());

@@ -94,6 +94,18 @@ std::vector<std::string> names_of(const Rig& rig) {
   return names;
 }
 
+// A camera without an entry in the rig: no focal length, and the image size only if the configuration has it.
+CameraModel uncalibrated(const CameraSettings& camera) {
+  CameraModel model;
+  model.name = camera.name;
+  model.lens.fx_px = model.lens.fy_px = 0.0;
+  if (const std::optional<cameras::ImageSize> size = facts_of(camera).size) {
+    model.width_px = size->width_px;
+    model.height_px = size->height_px;
+  }
+  return model;
+}
+
 }  // namespace
 
 TomlTable& DaemonTables::section(std::string_view name) {
@@ -130,6 +142,13 @@ Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig
     if (camera.name.empty()) continue;  // has a fault already
     const auto is_it = [&](const CameraModel& model) { return model.name == camera.name; };
     const auto found = std::find_if(rig.begin(), rig.end(), is_it);
+    if (found == rig.end() && !settings.capture.needs_rig) {
+      if (!facts_of(camera).marker_set.empty()) {
+        tables.cameras[i].fault("name", "is not in the rig; a camera that is simulated in this process needs an entry");
+      }
+      ordered.push_back(uncalibrated(camera));
+      continue;
+    }
     if (found == rig.end()) {
       const auto near = nearest_word(camera.name, names_of(rig));
       tables.cameras[i].fault("name", fmt::format("is not in the rig {}{}", settings.capture.rig_file.string(),

@@ -23,6 +23,9 @@ void declare_keys(KeyVisitor& keys, CaptureSettings& capture) {
             {.help = "calibration of the cameras: one table per camera, found by its name",
              .example = "rig.example.toml",
              .example_is_active = true});
+  keys.flag("needs_rig", capture.needs_rig,
+            {.help = "false: a camera that is not in the rig is captured without 3D markers until it is calibrated "
+                     "(mocapctl calibrate)"});
   keys.number("rate_hz", capture.rate_hz, {0, 10000},
               {.help = "sets per second announced to clients; 0: the rate of the fastest camera"});
 }
@@ -154,6 +157,11 @@ void load_rig_as_found(TomlFile& file, DaemonSettings& settings) {
 // A missing rig is never replaced by a shipped one: a calibration is true for one installation only.
 void load_whole_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settings) {
   TomlTable& capture = tables.section("capture");
+  std::error_code unreadable;
+  if (!settings.capture.needs_rig && !std::filesystem::exists(settings.capture.rig_file, unreadable)) {
+    settings.rig = rig_for(tables, settings, {});
+    return;
+  }
   if (settings.capture.rig_file.empty()) {
     constexpr const char* kExpected = "the calibration file of the cameras";
     if (capture.require("rig", kExpected)) capture.fault("rig", fmt::format("rig is '', expected {}", kExpected));
@@ -166,6 +174,16 @@ void load_whole_rig(TomlFile& file, DaemonTables& tables, DaemonSettings& settin
   const Result<Rig, Faults> rig = load_rig(settings.capture.rig_file);
   if (!rig) return file.add(rig.error());
   settings.rig = rig_for(tables, settings, *rig);
+}
+
+// A rig of requests to calibrate takes the place of the configuration's.
+void use_state_rig(const StateFiles& state, DaemonSettings& settings) {
+  std::error_code ignored;
+  if (!state.exist() || !std::filesystem::exists(state.rig, ignored)) return;
+  settings.state_notes.push_back(fmt::format(
+      "rig: {} is used, not {}; mocapctl calibrate list shows earlier rigs", state.rig.string(),
+      settings.capture.rig_file.empty() ? "that of the configuration" : settings.capture.rig_file.string()));
+  settings.capture.rig_file = state.rig;
 }
 
 // The reason why a file is not a configuration, if it is another of our files.
@@ -346,6 +364,7 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   settings.file = path;
   settings.state = state;
   DaemonTables tables = read_tables(*file, added ? &*added : nullptr, state, settings);
+  use_state_rig(state, settings);
   check_together(tables, settings);
   if (need == RigNeed::Whole) {
     load_whole_rig(*file, tables, settings);

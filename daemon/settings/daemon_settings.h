@@ -35,7 +35,8 @@ namespace mocap::settings {
 
 /// [capture]: the run as a whole. Help and ranges of the keys: daemon_settings.cpp.
 struct CaptureSettings {
-  std::filesystem::path rig_file;
+  std::filesystem::path rig_file;  ///< that of the state folder, if the daemon was calibrated by requests
+  bool needs_rig = true;
   double rate_hz = 0.0;
 };
 

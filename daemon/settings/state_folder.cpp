@@ -19,7 +19,7 @@ constexpr std::string_view kCredentials = "$CREDENTIALS_DIRECTORY/";
 
 StateFiles state_files(const std::filesystem::path& folder) {
   if (folder.empty()) return {};
-  return {folder, folder / "added_subjects.toml", folder / "learnt_masks.toml"};
+  return {folder, folder / "added_subjects.toml", folder / "learnt_masks.toml", folder / "rig.toml"};
 }
 
 std::filesystem::path state_folder_of_service() {

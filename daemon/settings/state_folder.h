@@ -17,6 +17,7 @@ struct StateFiles {
   std::filesystem::path folder;
   std::filesystem::path added_subjects;  ///< [[subject]] tables, read after those of the configuration
   std::filesystem::path learnt_masks;    ///< replaces the learnt masks of the rig file, camera by camera
+  std::filesystem::path rig;             ///< the rig of mocapctl calibrate, instead of the rig file
 
   bool exist() const { return !folder.empty(); }
   /// Whether a file is in the folder.

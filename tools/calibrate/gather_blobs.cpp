@@ -7,7 +7,6 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <utility>
 
 #include "base/log.h"
@@ -232,17 +231,6 @@ Result<GatheredBlobs, Failure> read_recording(const RecordingOptions& options) {
   return gathered;
 }
 
-Lens approximate_lens_of(const ApproximateLens& unknown, int width_px, int height_px) {
-  const double half_rad = 0.5 * unknown.fov_deg * std::numbers::pi / 180.0;
-  Lens lens;
-  lens.kind = unknown.kind;
-  lens.fx_px = 0.5 * width_px / (unknown.kind == LensKind::Fisheye ? half_rad : std::tan(half_rad));
-  lens.fy_px = lens.fx_px;
-  lens.cx_px = 0.5 * (width_px - 1);
-  lens.cy_px = 0.5 * (height_px - 1);
-  return lens;
-}
-
 }  // namespace
 
 void add_recording_options(cli::App& command, RecordingOptions& options) {
@@ -270,7 +258,7 @@ Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, con
 }
 
 Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::filesystem::path& lenses,
-                                     const std::optional<ApproximateLens>& unknown) {
+                                     const std::optional<calibration::ApproximateLens>& unknown) {
   Rig loaded_rig;
   if (!lenses.empty()) {
     auto loaded = settings::load_rig(lenses);
@@ -292,7 +280,7 @@ Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::f
                       camera.name, seen.width_px, seen.height_px, camera.width_px, camera.height_px)};
     }
     if (camera.width_px == 0) camera.width_px = seen.width_px, camera.height_px = seen.height_px;
-    if (unknown && camera.width_px > 0) camera.lens = approximate_lens_of(*unknown, camera.width_px, camera.height_px);
+    if (unknown && camera.width_px > 0) camera.lens = calibration::lens_of(*unknown, camera.width_px, camera.height_px);
     if (camera.lens.fx_px <= 1.0 || camera.width_px == 0) {
       return Failure{kExitConfig,
                      fmt::format("camera '{}': its lens is unknown{}; set a rig or lens file with --rig, or the "

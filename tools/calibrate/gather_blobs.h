@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "calibrate/terminal.h"
+#include "calibration/rig/approximate_lens.h"
 #include "lib/cli/app.h"
 #include "model/camera_model.h"
 #include "settings/daemon_settings.h"
@@ -39,15 +40,9 @@ using RecordingObserver =
 /// an advice.
 Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, const RecordingObserver& observe = {});
 
-/// Approximate lenses: the kind and the horizontal field of view.
-struct ApproximateLens {
-  double fov_deg = 60.0;
-  LensKind kind = LensKind::Pinhole;
-};
-
 /// The cameras of a recording with their lenses: those of `lenses` (a rig file; empty: the configuration's), or those
 /// of `unknown`. Fails for a camera without a lens, or with another image size than its lens.
 Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::filesystem::path& lenses,
-                                     const std::optional<ApproximateLens>& unknown);
+                                     const std::optional<calibration::ApproximateLens>& unknown);
 
 }  // namespace mocap::calibrate

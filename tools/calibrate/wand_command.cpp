@@ -1,22 +1,21 @@
 #include "calibrate/wand_command.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
-#include <sstream>
 
 #include "calibrate/report_rig.h"
 #include "calibrate/rig_output.h"
 #include "calibration/rig/assess_rig.h"
-#include "calibration/rig/previous_rig.h"
+#include "calibration/wand/parse_wand.h"
 #include "calibration/wand/solve_wand.h"
 #include "calibration/wand/wand_progress.h"
+#include "calibration/wand/wand_rig.h"
 #include "lib/rigcheck/recorded_spots.h"
 #include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
 namespace {
 
+using calibration::PlacedRig;
 using calibration::Wand;
 using calibration::WandSolution;
 
@@ -24,8 +23,6 @@ constexpr double kSeconds = 180.0;
 // Without a terminal, progress is printed as lines.
 constexpr double kPrintEvery_s = 5.0;
 constexpr double kSolveEvery_s = 10.0;
-// A larger relative change of the scale against the previous rig is a wrong --wand. Chosen by hand.
-constexpr double kMaxScaleChange = 0.01;
 
 /// Shows the progress of a recording and the next advice to the operator while live cameras run.
 class WandCoach {
@@ -95,9 +92,9 @@ std::filesystem::path lens_file(const WandOptions& options, const GatheredBlobs&
   return std::filesystem::exists(gathered.rig_file, ignored) ? gathered.rig_file : std::filesystem::path{};
 }
 
-std::optional<ApproximateLens> approximate_lens(const WandOptions& options) {
+std::optional<calibration::ApproximateLens> approximate_lens(const WandOptions& options) {
   if (!options.fov_deg) return std::nullopt;
-  return ApproximateLens{*options.fov_deg, options.fisheye ? LensKind::Fisheye : LensKind::Pinhole};
+  return calibration::ApproximateLens{*options.fov_deg, options.fisheye ? LensKind::Fisheye : LensKind::Pinhole};
 }
 
 Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wand) {
@@ -119,37 +116,6 @@ Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wa
       });
   if (failed) return *failed;
   return gathered;
-}
-
-settings::RigMetadata facts_of(const WandSolution& solution, const std::string& floor) {
-  settings::RigMetadata facts;
-  facts["rms_px"] = solution.rms_px;
-  facts["heldout_px"] = solution.heldout_px;
-  facts["samples"] = static_cast<double>(solution.samples);
-  facts["wand_length_mm"] = 1e3 * solution.bundle.wand.length_m();
-  facts["wand_std_mm"] = 1e3 * solution.length_std_m;
-  facts["floor"] = floor;
-  for (std::size_t c = 0; c < solution.cameras.size(); ++c) {
-    facts[solution.bundle.rig[c].name + ".rms_px"] = solution.cameras[c].rms_px;
-    facts[solution.bundle.rig[c].name + ".position_sigma_mm"] = 1e3 * solution.cameras[c].uncertainty.position_m;
-  }
-  return facts;
-}
-
-/// A rig in its world frame: that of the previous rig if its cameras were not moved, else a provisional one.
-struct PlacedRig {
-  Rig rig;
-  std::optional<calibration::Floor> previous_world;
-  std::string floor;
-};
-
-PlacedRig place(const WandSolution& solution, const Rig& before) {
-  const Rig& rig = solution.bundle.rig;
-  if (const auto previous_world = calibration::pose_in_previous_world(rig, before))
-    return {calibration::in_world(*previous_world, rig), previous_world, "kept"};
-  std::vector<Eigen::Vector3d> points;
-  for (const calibration::WandPose& place : solution.bundle.wand_poses) points.push_back(place.middle_m);
-  return {calibration::in_world(calibration::guess_floor(points, rig), rig), {}, "guessed"};
 }
 
 // Writes the report to the terminal and to the files of --report.
@@ -176,18 +142,6 @@ Status write_reports(const WandOptions& options, const WandSolution& solution, c
   return {};
 }
 
-std::optional<Failure> check_scale(const WandSolution& solution, const Rig& before, const WandOptions& options) {
-  if (options.moved) return std::nullopt;
-  const auto scale = calibration::scale_of_previous(solution.bundle.rig, before);
-  if (!scale || std::abs(*scale - 1.0) < kMaxScaleChange) return std::nullopt;
-  const double nominal_mm = 1e3 * solution.bundle.wand.length_m();
-  return Failure{
-      kExitData,
-      fmt::format("the cameras stand as in the previous rig, but {:.3f} times as far apart: the wand is {:.0f} mm "
-                  "long, expected {:.0f}; set its length with --wand, or use --moved if the previous rig is wrong",
-                  *scale, nominal_mm / *scale, nominal_mm)};
-}
-
 int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, const Wand& wand) {
   const auto before = rig_with_lenses(gathered, lens_file(options, gathered), approximate_lens(options));
   if (!before) {
@@ -210,54 +164,25 @@ int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, c
     print_message("{}", solution.error().message);
     return kExitData;
   }
-  if (const auto refused = check_scale(*solution, *before, options)) {
-    print_message("{}", refused->message);
-    return refused->exit;
+  if (const auto refused = options.moved ? std::nullopt : calibration::wrong_scale(*solution, *before)) {
+    print_message("{}", *refused);
+    return kExitData;
   }
-  const PlacedRig placed = place(*solution, *before);
+  const PlacedRig placed = calibration::place_in_world(*solution, *before);
   if (const Status reported = write_reports(options, *solution, placed, *before); !reported) {
     print_message("{}", reported.error().message);
     return kExitUnavailable;
   }
   fmt::print("floor: {}\n",
-             placed.floor == "kept" ? "where it was" : "provisional; measure it with mocap-calibrate floor");
+             placed.previous_world ? "where it was" : "provisional; measure it with mocap-calibrate floor");
   if (options.dry_run) {
     fmt::print("{}: unchanged (--dry-run)\n", out.string());
     return kExitOk;
   }
-  return write_rig(out, placed.rig, facts_of(*solution, placed.floor), "wand");
+  return write_rig(out, placed.rig, calibration::facts_of(*solution, placed), "wand");
 }
 
 }  // namespace
-
-Result<Wand> parse_wand(const std::string& text) {
-  static const std::map<std::string, std::vector<double>> kPresets{
-      {"500", {0.0, 160.0, 500.0}}, {"400", {0.0, 130.0, 400.0}}, {"250", {0.0, 80.0, 250.0}}};
-  std::vector<double> marks_mm;
-  if (const auto preset = kPresets.find(text); preset != kPresets.end()) {
-    marks_mm = preset->second;
-  } else {
-    std::istringstream parts(text);
-    for (std::string part; std::getline(parts, part, ',');) {
-      std::istringstream number(part);
-      double mm = 0.0;
-      if (!(number >> mm) || !number.eof() || !std::isfinite(mm)) mm = -1.0;
-      marks_mm.push_back(mm);
-    }
-  }
-  const bool ascending = std::ranges::adjacent_find(marks_mm, std::greater_equal<>{}) == marks_mm.end();
-  if (marks_mm.size() < 2 || marks_mm.size() > calibration::kMaxWandMarkers || marks_mm[0] != 0.0 || !ascending ||
-      marks_mm.back() > 10000.0) {
-    return Error{
-        ErrorCode::InvalidArgument,
-        fmt::format("wand is '{}', expected 250, 400 or 500, or the positions of its two or three markers from one "
-                    "end in mm, ascending: 0,160,500",
-                    text)};
-  }
-  Wand wand;
-  for (const double mm : marks_mm) wand.marks_m.push_back(1e-3 * mm);
-  return wand;
-}
 
 void add_wand_command(cli::App& app, WandOptions& options) {
   cli::App* wand = app.add_subcommand("wand", "calibrate all cameras with a waved wand");
@@ -294,7 +219,7 @@ void add_wand_command(cli::App& app, WandOptions& options) {
 }
 
 int run_wand(const WandOptions& options) {
-  const auto wand = parse_wand(options.wand);
+  const auto wand = calibration::parse_wand(options.wand);
   if (!wand) {
     print_message("{}", wand.error().message);
     return kExitUsage;

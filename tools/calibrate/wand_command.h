@@ -26,9 +26,6 @@ struct WandOptions {
   int threads = 2;
 };
 
-/// Parses a preset (250, 400 or 500), or the positions of two or three markers in mm: "0,160,500".
-Result<calibration::Wand> parse_wand(const std::string& text);
-
 /// Adds the subcommand `wand`.
 void add_wand_command(cli::App& app, WandOptions& options);
 

@@ -27,7 +27,8 @@ const Method* find_method(std::string_view name);
 /// InvalidArgument; the message names the fault.
 Result<v1::Request> request_of(const Method& method, const std::string& params_json);
 
-/// Whether the request needs the role operator: all of a method that changes, but for a list of the shots.
+/// Whether the request needs the role operator: all of a method that changes, but for a list of the
+/// shots, and for status and list of the calibration.
 bool is_change(const Method& method, const v1::Request& request);
 
 /// The parameters of a request as one line of JSON, for the audit log.

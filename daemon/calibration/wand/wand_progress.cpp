@@ -86,6 +86,7 @@ CameraProgress WandProgress::progress_of(std::size_t camera) const {
   progress.samples = own.samples.size();
   progress.shared = own.shared;
   progress.coverage = static_cast<double>(occupied) / (kImageCells * kImageCells);
+  progress.cells = own.cells;
   progress.least_covered = least_covered_region(own.cells, kImageCells);
   progress.is_connected = connected_cameras()[camera];
   return progress;

@@ -27,9 +27,10 @@ struct WandProgressSettings {
 /// The progress of one camera.
 struct CameraProgress {
   std::size_t images = 0;
-  std::size_t samples = 0;    ///< images with a detected wand
-  std::size_t shared = 0;     ///< of these, at instants at which another camera detected the wand, too
-  double coverage = 0.0;      ///< fraction of the 8 x 8 image cells with a marker
+  std::size_t samples = 0;  ///< images with a detected wand
+  std::size_t shared = 0;   ///< of these, at instants at which another camera detected the wand, too
+  double coverage = 0.0;    ///< fraction of the 8 x 8 image cells with a marker
+  std::array<std::uint32_t, kImageCells * kImageCells> cells{};  ///< markers by image cell, row by row
   std::string least_covered;  ///< region of the image in words; empty if every region is covered
   bool is_connected = false;  ///< shares enough samples with the first camera, directly or through others
 };
@@ -46,6 +47,8 @@ class WandProgress {
 
   CameraProgress progress_of(std::size_t camera) const;
   bool is_complete() const;
+  /// Shared samples that each camera needs.
+  std::size_t min_samples() const { return settings_.min_samples; }
   /// Advice to the operator about the camera with the least progress; empty if the recording is complete.
   std::string advice() const;
 

@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "base/result.h"
+#include "model/calibration_report.h"
 #include "model/camera_model.h"
 #include "settings/faults.h"
 
 namespace mocap::settings {
 
 /// The table [metadata] of a rig file: for people and tools, no part of the rig.
-using RigMetadata = std::map<std::string, std::variant<bool, double, std::string>>;
+using RigMetadata = RigFacts;
 
 /// Reads the cameras of a rig file, in the order of the file.
 ///

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "wire/codec/calibration_codec.h"
 #include "wire/codec/encode.h"
 #include "wire/codec/encode_numbers.h"
 #include "wire/codec/utf8.h"
@@ -201,6 +202,16 @@ void encode_shots(const std::vector<Shot>& from, google::protobuf::RepeatedPtrFi
   }
 }
 
+Result<ControlRequest> decode_calibration(const v1::CalibrationRequest& from) {
+  Result<CalibrationOrder> order = decode(from);
+  if (!order) return order.error();
+  ControlRequest into;
+  const bool looks = order->action == CalibrationAction::Look || order->action == CalibrationAction::List;
+  into.action = looks ? ControlAction::GetCalibration : ControlAction::Calibrate;
+  into.calibration = *std::move(order);
+  return into;
+}
+
 v1::Code answer_code_of(ControlCode code) {
   switch (code) {
     case ControlCode::Done: return v1::CODE_DONE;
@@ -301,6 +312,7 @@ Result<ControlRequest> decode(const v1::Request& from) {
     case v1::Request::kMask: read = decode_mask(from.mask()); break;
     case v1::Request::kTake: read = decode_take(from.take()); break;
     case v1::Request::kShots: read = decode_shots(from.shots()); break;
+    case v1::Request::kCalibration: return decode_calibration(from.calibration());
     case v1::Request::WHAT_NOT_SET: break;
   }
   if (read && read->name.size() > kLongestName) {
@@ -316,6 +328,8 @@ v1::Request encode(const ControlRequest& from) {
     case ControlAction::GetDescription: into.mutable_description(); break;
     case ControlAction::GetSnapshot: into.mutable_snapshot(); break;
     case ControlAction::Reload: into.mutable_reload(); break;
+    case ControlAction::GetCalibration:
+    case ControlAction::Calibrate: *into.mutable_calibration() = encode(from.calibration); break;
     case ControlAction::GetShots: into.mutable_shots()->set_action(v1::ShotsRequest::ACTION_LIST); break;
     case ControlAction::Take:
       if (is_about_shots(from.take.action)) {
@@ -351,6 +365,8 @@ v1::Answer encode(const ControlAnswer& from) {
   if (from.description != nullptr) *into.mutable_description() = encode(*from.description);
   if (from.snapshot != nullptr) encode(*from.snapshot, *into.mutable_snapshot());
   if (from.shots) encode_shots(*from.shots, *into.mutable_shots()->mutable_shots());
+  if (from.calibration != nullptr) *into.mutable_calibration() = encode(*from.calibration);
+  if (from.rigs) *into.mutable_rigs() = encode(*from.rigs);
   return into;
 }
 

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/spsc_queue.h"
+#include "base/wake_signal.h"
+#include "model/calibration_order.h"
+#include "model/calibration_report.h"
+#include "module/rig_calibrator.h"
+#include "runtime/camera_worker.h"
+
+namespace mocap::runtime {
+
+/// Answer of the calibration thread to an order.
+struct CalibrationDone {
+  std::uint64_t order = 0;
+  Status end;
+};
+
+/// Queues between the calibration thread and the control thread.
+struct CalibrationChannel {
+  SpscQueue<CalibrationOrder> orders{4};    ///< Wand, Solve and Cancel; the control thread then signals ordered
+  SpscQueue<CalibrationDone> done{4};       ///< an answer to each order; to Solve before the solution begins
+  SpscQueue<CalibrationReport> reports{4};  ///< when they change, a few times a second
+  std::atomic<bool> cancelled{false};       ///< set by the control thread with Cancel: ends a solution
+  WakeSignal ordered;
+};
+
+/// The calibration thread: collects images of a waved wand from the camera threads while an operator asks for it, and
+/// computes the rig. It runs at low priority and nobody waits for it: if it is too slow, images are missing in the
+/// collection (counted), never in the pipeline.
+class CalibrationWorker {
+ public:
+  /// The channels outlive the worker.
+  CalibrationWorker(std::unique_ptr<RigCalibrator> calibrator, std::vector<CameraChannel*> cameras,
+                    CalibrationChannel& channel);
+
+  /// The loop; returns when stopped. A collection or a solution in progress ends then without a result.
+  void run(const std::stop_token& stop);
+
+ private:
+  void follow_orders(const std::stop_token& stop);
+  Status follow(const CalibrationOrder& order);
+  void collect(bool on);
+  void take_images();
+  void solve(const std::stop_token& stop);
+  void cancel();
+  CalibrationReport report() const;
+  void send_report(CalibrationReport report);
+
+  std::unique_ptr<RigCalibrator> calibrator_;
+  std::vector<CameraChannel*> cameras_;
+  CalibrationChannel& channel_;
+  std::vector<std::uint64_t> dropped_before_;  // by camera: counts at the start of the collection
+  bool collecting_ = false;
+  bool solves_ = false;  // after the answer to Solve
+  bool is_cancelled_ = false;
+  bool report_waits_ = false;  // for room in the queue, or until it is due
+  Timestamp reported_at_;
+};
+
+}  // namespace mocap::runtime

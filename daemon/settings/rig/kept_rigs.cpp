@@ -1,0 +1,143 @@
+#include "settings/rig/kept_rigs.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <optional>
+
+#include "base/replace_file.h"
+#include "settings/rig/rig_file.h"
+#include "settings/toml/toml_file.h"
+
+namespace mocap::settings {
+namespace {
+
+constexpr std::size_t kMostListed = 200;
+constexpr const char* kSuffix = ".toml";
+
+std::optional<std::string> bytes_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+std::vector<std::filesystem::path> kept_files(const RigPlaces& places) {
+  std::vector<std::filesystem::path> files;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(places.kept, ignored)) {
+    if (entry.path().extension() == kSuffix) files.push_back(entry.path());
+  }
+  std::ranges::sort(files, std::greater<>{});
+  return files;
+}
+
+std::string utc_name(std::time_t at) { return fmt::format("{:%Y-%m-%dT%H-%M-%SZ}", fmt::gmtime(at)); }
+
+std::time_t written_at(const std::filesystem::path& path) {
+  std::error_code failed;
+  const auto at = std::filesystem::last_write_time(path, failed);
+  if (failed) return std::time(nullptr);
+  return std::chrono::system_clock::to_time_t(
+      std::chrono::time_point_cast<std::chrono::system_clock::duration>(std::chrono::file_clock::to_sys(at)));
+}
+
+// A path in the folder of kept rigs that no file has yet.
+std::filesystem::path free_path(const RigPlaces& places, const std::string& name) {
+  std::filesystem::path path = places.kept / (name + kSuffix);
+  std::error_code ignored;
+  for (int i = 2; std::filesystem::exists(path, ignored); ++i) {
+    path = places.kept / fmt::format("{}-{}{}", name, i, kSuffix);
+  }
+  return path;
+}
+
+Status make_folder(const RigPlaces& places) {
+  std::error_code failed;
+  std::filesystem::create_directories(places.kept, failed);
+  if (!failed) return {};
+  return Error{ErrorCode::Io, fmt::format("'{}' cannot be created: {}; make it writable for the daemon",
+                                          places.kept.string(), failed.message())};
+}
+
+// Copies the rig in force to the kept ones, unless it is there already.
+Status keep_in_force(const RigPlaces& places) {
+  const std::optional<std::string> bytes = bytes_of(places.in_force);
+  if (!bytes) return {};
+  for (const auto& file : kept_files(places)) {
+    if (bytes_of(file) == bytes) return {};
+  }
+  return replace_file(free_path(places, utc_name(written_at(places.in_force))), *bytes);
+}
+
+void read_facts(const std::filesystem::path& path, KeptRig& kept) {
+  Result<TomlFile, Faults> file = TomlFile::open(path);
+  if (!file) return;
+  std::optional<TomlTable> facts = file->root().table("metadata", "metadata");
+  if (!facts) return;
+  if (facts->has("solved_at_utc")) facts->text("solved_at_utc", kept.solved_at_utc);
+  if (facts->has("solved_by")) facts->text("solved_by", kept.solved_by);
+  if (facts->has("rms_px")) facts->number("rms_px", kept.rms_px, {0, 1e6});
+}
+
+}  // namespace
+
+Result<RigPlaces> rig_places(const DaemonSettings& settings) {
+  const std::filesystem::path& in_force = settings.capture.rig_file;
+  if (settings.state.exist()) return RigPlaces{in_force, settings.state.rig, settings.state.folder / "rigs"};
+  if (in_force.empty()) {
+    return Error{ErrorCode::InvalidArgument,
+                 "there is no rig file to write: set [capture] rig, or start mocapd with --state"};
+  }
+  return RigPlaces{in_force, in_force, in_force.parent_path() / "rigs"};
+}
+
+Status write_rig(const RigPlaces& places, const CalibratedRig& rig) {
+  if (Status made = make_folder(places); !made) return made;
+  if (Status kept = keep_in_force(places); !kept) return kept;
+  const std::time_t now = std::time(nullptr);
+  RigMetadata facts = rig.facts;
+  facts["solved_by"] = std::string("mocapd");
+  facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
+  const std::filesystem::path copy = free_path(places, utc_name(now));
+  if (Status saved = save_rig(copy, rig.rig, facts); !saved) return saved;
+  const std::optional<std::string> bytes = bytes_of(copy);
+  if (!bytes) return Error{ErrorCode::Io, fmt::format("'{}' cannot be read", copy.string())};
+  return replace_file(places.written, *bytes);
+}
+
+Status restore_rig(const RigPlaces& places, const std::string& name) {
+  const std::vector<std::filesystem::path> files = kept_files(places);
+  const auto found =
+      std::ranges::find(files, name + kSuffix, [](const auto& file) { return file.filename().string(); });
+  if (found == files.end()) {
+    return Error{ErrorCode::NotFound, fmt::format("there is no rig '{}' in '{}'; mocapctl calibrate list names them",
+                                                  name, places.kept.string())};
+  }
+  if (const auto rig = load_rig(*found); !rig) return Error{ErrorCode::InvalidArgument, to_text(rig.error())};
+  const std::optional<std::string> bytes = bytes_of(*found);
+  if (!bytes) return Error{ErrorCode::Io, fmt::format("'{}' cannot be read", found->string())};
+  if (Status kept = keep_in_force(places); !kept) return kept;
+  return replace_file(places.written, *bytes);
+}
+
+std::vector<KeptRig> list_rigs(const RigPlaces& places) {
+  const std::optional<std::string> in_force = bytes_of(places.in_force);
+  std::vector<KeptRig> all;
+  for (const auto& file : kept_files(places)) {
+    if (all.size() == kMostListed) break;
+    KeptRig& kept = all.emplace_back();
+    kept.name = file.stem().string();
+    kept.in_force = in_force && bytes_of(file) == in_force;
+    if (const auto rig = load_rig(file)) kept.cameras = static_cast<std::uint32_t>(rig->size());
+    read_facts(file, kept);
+  }
+  return all;
+}
+
+}  // namespace mocap::settings

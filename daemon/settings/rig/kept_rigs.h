@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "model/calibration_report.h"
+#include "settings/daemon_settings.h"
+
+namespace mocap::settings {
+
+/// The places of the rig of a running daemon. Every rig is kept in the folder `rigs` under the time of its calibration;
+/// no file there is ever changed or removed.
+struct RigPlaces {
+  std::filesystem::path in_force;  ///< the rig file that was read; may not exist
+  std::filesystem::path written;   ///< the rig file that is written: in the state folder, without one the same file
+  std::filesystem::path kept;      ///< folder of all rigs
+};
+
+/// Fails with InvalidArgument if there is no state folder and the configuration names no rig file.
+Result<RigPlaces> rig_places(const DaemonSettings& settings);
+
+/// Keeps the rig in force, writes the new one and its kept copy. Fails with Io.
+Status write_rig(const RigPlaces& places, const CalibratedRig& rig);
+
+/// Keeps the rig in force, and writes a kept one in its place. Fails with NotFound, Io or, if the kept file has faults,
+/// InvalidArgument.
+Status restore_rig(const RigPlaces& places, const std::string& name);
+
+/// The kept rigs, the newest first, at most 200.
+std::vector<KeptRig> list_rigs(const RigPlaces& places);
+
+}  // namespace mocap::settings
