@@ -232,6 +232,38 @@ test("Orders about subjects, cameras, masks and configuration are requests of th
   ]);
 });
 
+test("A wand calibration goes from the first image to a rig in force, and back to an earlier rig", async () => {
+  const { page } = await visit("#/calibrate");
+  const wand = page.getByRole("region", { name: "Wand", exact: true }), earlier = page.getByRole("region", { name: "Earlier rigs" }).first();
+  await earlier.getByText("None yet").waitFor();
+  await wand.getByLabel("Lenses").selectOption("unknown");
+  await wand.getByLabel(/field of view/).fill("70");
+  for (const rigs of [1, 2]) {
+    await wand.getByRole("button", { name: "Start waving" }).click();
+    await wand.getByText(/wave in the common view of cam1/).waitFor();
+    await wand.getByText("Enough samples: solve, or go on waving.").waitFor();
+    assert.equal(await wand.getByRole("img", { name: "100 % of the image of camera cam1 has seen the wand" }).count(), 1);
+    await wand.getByRole("button", { name: "Solve" }).click();
+    await wand.getByText("good: 0.080 px rms", { exact: false }).waitFor();
+    await wand.getByRole("button", { name: "Apply" }).click();
+    await wand.getByText("The rig is in force.").waitFor();
+    await earlier.getByText(`2026-03-0${rigs}T09-30-00Z`).waitFor();
+  }
+  await earlier.getByRole("button", { name: "Restore" }).click();
+  await earlier.getByRole("row", { name: /2026-03-01.*in force/ }).waitFor();
+
+  assert.deepEqual(standIn.requests[0], { method: "calibration", params: { action: "ACTION_WAND", wandM: [0, 0.16, 0.5], fovDeg: 70 } });
+  assert.deepEqual(standIn.requests.slice(1).map(({ params }) => params.action), ["ACTION_SOLVE", "ACTION_APPLY", "ACTION_WAND", "ACTION_SOLVE", "ACTION_APPLY", "ACTION_RESTORE"]);
+});
+
+test("A wand that is no wand cannot be waved", async () => {
+  const { page } = await visit("#/calibrate");
+  await page.getByLabel(/Its markers from one end/).fill("0, 500, 160");
+
+  assert.equal(await page.getByRole("button", { name: "Start waving" }).isDisabled(), true);
+  assert.deepEqual(standIn.requests, []);
+});
+
 test("Faults of the configuration are listed with file and line", async () => {
   standIn.refusals.set("reload", { code: "CODE_INVALID", message: "config/my.toml:14:15: camera 'cam1': exposure_us is 25000, expected 10 to 20000" });
   const { page } = await visit("#/setup");

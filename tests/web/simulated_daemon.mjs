@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { here, messages } from "./modules.mjs";
 import { cameraOnRing, poseAt, projected, readMarkers, readSkeleton, rotated } from "./simulated_person.mjs";
 
-const kCameras = 8;
+export const kCameras = 8;
 export const kRate_hz = 60;
 const SEARCHING = 1, TRACKING = 2, LOST_MARKER = 1, MEASURED = 2, FILLED = 3, STREAMING = 2;
 

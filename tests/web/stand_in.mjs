@@ -3,7 +3,8 @@
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
-import { kRate_hz, SimulatedDaemon } from "./simulated_daemon.mjs";
+import { SimulatedCalibration } from "./simulated_calibration.mjs";
+import { kCameras, kRate_hz, SimulatedDaemon } from "./simulated_daemon.mjs";
 import { SimulatedTakes } from "./simulated_takes.mjs";
 import { webSockets } from "./modules.mjs";
 
@@ -61,6 +62,7 @@ export class StandIn {
       { check: "camera cam1", verdict: "good", what: "60.0 images a second", cure: "" }, { check: "subject camera-prop", verdict: "warning", what: "2 of 4 markers are seen", cure: "mocap-watch --doctor" },
       { check: "disk", verdict: "good", what: "room for 412 minutes of takes", cure: "" },
     ];
+    this.calibration = new SimulatedCalibration(kCameras);
     /** The shot list of the daemon. */
     this.shots = [];
     this.viewers = new Set();
@@ -204,16 +206,17 @@ export class StandIn {
   }
 
   answer(viewer, { id, method, params }) {
-    this.requests.push({ method, params });
+    const looks = method === "calibration" && SimulatedCalibration.looks(params);
+    if (!looks) this.requests.push({ method, params });
     const fault = this.refusals.get(method) ?? this.faultOf(method, params);
     if (fault) {
       viewer.say({ answer: { id, ok: false, error: fault } });
       return;
     }
-    const message = method === "take" ? this.record(params) : `${method}: done`;
     if (params.action === "ACTION_IMPORT") this.shots = params.shots;
     if (params.action === "ACTION_CLEAR") this.shots = [];
-    const list = method === "shots" ? { shots: { shots: this.shots } } : {};
+    const list = method === "calibration" ? this.calibration.answer(params) : method === "shots" ? { shots: { shots: this.shots } } : {};
+    const message = method === "take" ? this.record(params) : list.calibration || list.rigs ? "" : `${method}: done`;
     viewer.say({ answer: { id, ok: true, result: { id: String(id), code: "CODE_DONE", message, ...list } } });
   }
 
@@ -224,7 +227,7 @@ export class StandIn {
     } catch (error) {
       return { code: "CODE_INVALID", message: String(error) };
     }
-    return this.role === "viewer" && params.action !== "ACTION_LIST" ? { code: "CODE_FORBIDDEN", message: "the role viewer does not permit this request" } : null;
+    return this.role === "viewer" && params.action !== "ACTION_LIST" && params.action !== "ACTION_STATUS" ? { code: "CODE_FORBIDDEN", message: "the role viewer does not permit this request" } : null;
   }
 
   record({ action, slate }) {

@@ -1,47 +1,21 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { CameraView } from "../model/camera_view";
-import { Coverage, kColumns, kRows } from "../model/coverage";
+import { Coverage, kColumns } from "../model/coverage";
 import { fixed } from "../model/format";
 import { sceneFrame } from "../model/scene_frame";
+import { CellMap } from "../parts/cell_map";
 import { useCameras } from "../parts/hooks";
 import { LevelPill } from "../parts/level_mark";
 import { Command, OrderButton, OutcomeLine, Panel } from "../parts/small";
+import { KeptRigs, WandCalibration } from "../parts/wand_calibration";
 import { description, health, mayChange, onFrame } from "../state/live";
 import { type Outcome, order } from "../state/orders";
-import { clearedContext } from "../view/canvas_size";
-import { readPalette } from "../view/palette";
 
 const kRedraw_ms = 500;
-// So many markers in one cell are as good as more.
-const kFull = 60;
-
-function drawCells(canvas: HTMLCanvasElement, cells: Uint32Array): void {
-  const cleared = clearedContext(canvas);
-  if (!cleared) return;
-  const { context, width, height } = cleared;
-  const palette = readPalette();
-  cells.forEach((count, i) => {
-    const [column, row] = [i % kColumns, Math.floor(i / kColumns)];
-    context.globalAlpha = count === 0 ? 0.12 : 0.35 + 0.65 * Math.min(1, count / kFull);
-    context.fillStyle = count === 0 ? palette.bad : palette.used;
-    const inset = count === 0 ? 0.35 : 0.04;
-    context.fillRect(((column + inset) * width) / kColumns, ((row + inset) * height) / kRows, ((1 - 2 * inset) * width) / kColumns, ((1 - 2 * inset) * height) / kRows);
-  });
-}
-
 function CoverageMap({ camera, coverage, redraw }: { camera: CameraView; coverage: Coverage; redraw: number }): JSX.Element {
-  const canvas = useRef<HTMLCanvasElement>(null);
   const share = Math.round(100 * coverage.share(camera.name));
-  useEffect(() => {
-    if (canvas.current) drawCells(canvas.current, coverage.of(camera.name));
-  }, [redraw]);
-  return (
-    <figure>
-      <canvas ref={canvas} role="img" aria-label={`${share} % of the image of camera ${camera.name} has seen a marker`} />
-      <figcaption>{camera.name}: {share}&#8201;%</figcaption>
-    </figure>
-  );
+  return <CellMap cells={coverage.of(camera.name)} columns={kColumns} redraw={redraw} label={`${share} % of the image of camera ${camera.name} has seen a marker`} caption={`${camera.name}: ${share}\u2009%`} />;
 }
 
 function CoveragePanel({ cameras }: { cameras: CameraView[] }): JSX.Element {
@@ -147,16 +121,19 @@ function Reload(): JSX.Element {
 
 export function CalibratePage(): JSX.Element {
   const cameras = useCameras();
+  const [changes, setChanges] = useState(0);
+  const rigChanged = () => setChanges((count) => count + 1);
   return (
     <div class="columns">
       <div class="stack steps">
         <Masks cameras={cameras} />
-        <Step title="Wand" text="Wave the wand through the whole volume for two minutes. The control protocol does not offer this step yet: run it on the daemon's machine. A camera belongs to one program at a time." command="mocap-calibrate wand --config my.toml --wand 500" />
+        <WandCalibration applied={rigChanged} />
         <Step title="Floor" text="Lay the floor frame where the origin should be." command="mocap-calibrate floor --config my.toml --frame 600,400" />
         <Step title="Verify and repair" text="Checks with moving markers that every camera agrees with the rig; refine repairs drift and a bumped camera." command="mocap-calibrate refine --config my.toml" />
         <Reload />
       </div>
       <div class="stack">
+        <KeptRigs changes={changes} restored={rigChanged} />
         <Drift />
         <CoveragePanel cameras={cameras} />
       </div>
