@@ -1,0 +1,82 @@
+#include "settings/rig/kept_rigs.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "settings/rig/rig_file.h"
+#include "support/temporary_folder.h"
+
+namespace mocap::settings {
+namespace kept_rigs_test {
+
+CalibratedRig rig_at(double x_m) {
+  CameraModel camera;
+  camera.name = "cam1";
+  camera.width_px = 640;
+  camera.height_px = 480;
+  camera.lens.fx_px = camera.lens.fy_px = 500.0;
+  camera.lens.cx_px = 320.0;
+  camera.lens.cy_px = 240.0;
+  camera.camera_from_world.translation.x() = x_m;
+  return {{camera}, {{"rms_px", 0.125}}};
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(KeptRigs, KeepsTheRigBeforeAndGoesBackToIt) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};
+  std::ofstream(places.in_force) << "# by hand\n";
+
+  ASSERT_TRUE(write_rig(places, rig_at(1.0)));
+  ASSERT_TRUE(write_rig(places, rig_at(2.0)));
+  const std::vector<KeptRig> kept = list_rigs(places);
+  ASSERT_EQ(kept.size(), 3u) << "the one by hand and both of the daemon";
+  const auto in_force = std::ranges::find(kept, true, &KeptRig::in_force);
+  ASSERT_NE(in_force, kept.end());
+  EXPECT_EQ(in_force->cameras, 1u);
+  EXPECT_EQ(in_force->rms_px, 0.125);
+  EXPECT_EQ(in_force->solved_by, "mocapd");
+  EXPECT_EQ((*load_rig(places.in_force))[0].camera_from_world.translation.x(), 2.0);
+
+  const auto earlier =
+      std::ranges::find_if(kept, [](const KeptRig& rig) { return !rig.in_force && rig.solved_by == "mocapd"; });
+  ASSERT_NE(earlier, kept.end());
+  ASSERT_TRUE(restore_rig(places, earlier->name));
+  EXPECT_EQ((*load_rig(places.in_force))[0].camera_from_world.translation.x(), 1.0);
+  EXPECT_EQ(list_rigs(places).size(), 3u);
+}
+
+TEST(KeptRigs, RefusesAnUnknownNameAndAFileWithFaults) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};
+  std::ofstream(places.in_force) << "no rig\n";
+  ASSERT_TRUE(write_rig(places, rig_at(1.0)));
+  const std::string before = text_of(places.in_force);
+
+  EXPECT_EQ(restore_rig(places, "../rig").error().code, ErrorCode::NotFound);
+  for (const KeptRig& rig : list_rigs(places)) {
+    if (rig.cameras > 0) continue;
+    EXPECT_EQ(restore_rig(places, rig.name).error().code, ErrorCode::InvalidArgument);
+  }
+  EXPECT_EQ(text_of(places.in_force), before);
+}
+
+TEST(KeptRigs, AreInTheStateFolderIfThereIsOne) {
+  DaemonSettings settings;
+  EXPECT_FALSE(rig_places(settings)) << "there is no file to write";
+  settings.capture.rig_file = "/etc/mocapd/rig.toml";
+  EXPECT_EQ(rig_places(settings)->kept, "/etc/mocapd/rigs");
+  settings.state = state_files("/var/lib/mocapd");
+  EXPECT_EQ(rig_places(settings)->written, "/var/lib/mocapd/rig.toml");
+  EXPECT_EQ(rig_places(settings)->in_force, "/etc/mocapd/rig.toml");
+}
+
+}  // namespace kept_rigs_test
+}  // namespace mocap::settings
