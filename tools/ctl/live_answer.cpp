@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -111,6 +112,43 @@ void print_status(const v1::Status& status) {
   if (health.has_timecode()) print_timecode(health.timecode());
 }
 
+void print_calibration_result(const v1::Calibration& calibration) {
+  const v1::CalibrationResult& result = calibration.result();
+  fmt::print("{:20} {:>7} {:>8} {:>7} {:>8} {:>9} {:>10}\n", "camera", "rms px", "held out", "points", "coverage",
+             "sigma mm", "sigma deg");
+  for (const v1::CalibrationCamera& camera : calibration.cameras()) {
+    fmt::print("{:20} {:7.3f} {:8.3f} {:7} {:6.0f} % {:9.2f} {:10.4f}\n", camera.name(), camera.rms_px(),
+               camera.heldout_px(), camera.points(), 100.0 * camera.coverage(), 1e3 * camera.position_sigma_m(),
+               camera.rotation_sigma_rad() * 180.0 / std::numbers::pi);
+  }
+  fmt::print("{:20} {:7.3f} {:8.3f}\n", "all", result.rms_px(), result.heldout_px());
+  fmt::print("grade   {}; {} samples; wand {:.3f} mm +- {:.3f}\n", result.grade(), result.samples(),
+             1e3 * result.wand_m(), 1e3 * result.wand_std_m());
+  fmt::print("floor   {}\n",
+             result.floor_is_guessed() ? "provisional; measure it with mocap-calibrate floor" : "where it was");
+  for (const std::string& issue : result.issues()) fmt::print("        {}\n", issue);
+}
+
+void print_calibration(const v1::Calibration& calibration) {
+  fmt::print("calibration {}  {}{}\n", word_of(v1::CalibrationState_Name(calibration.state()), "CALIBRATION_STATE_"),
+             calibration.message(),
+             calibration.state() == v1::CALIBRATION_STATE_COLLECTING ? calibration.advice() : "");
+  if (calibration.has_result()) return print_calibration_result(calibration);
+  for (const v1::CalibrationCamera& camera : calibration.cameras()) {
+    fmt::print("camera  {:20} images {}  wand {}  shared {} of {}  covered {:.0f} %  dropped {}\n", camera.name(),
+               camera.images(), camera.samples(), camera.shared(), calibration.min_shared(), 100.0 * camera.coverage(),
+               camera.dropped());
+  }
+}
+
+void print_rigs(const v1::RigList& list) {
+  if (list.rigs().empty()) fmt::print("no rig is kept yet\n");
+  for (const v1::KeptRig& rig : list.rigs()) {
+    fmt::print("{:24} {:9} {:2} cameras  {:.3f} px  {}\n", rig.name(), rig.in_force() ? "in force" : "", rig.cameras(),
+               rig.rms_px(), rig.solved_by());
+  }
+}
+
 void print_json(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
   options.always_print_primitive_fields = true;
@@ -136,6 +174,8 @@ void print_shots(const v1::Answer& answer, bool csv) {
 void print_answer(const v1::Answer& answer, bool json, bool csv) {
   if (json) return print_json(answer);
   if (answer.has_shots()) return print_shots(answer, csv);
+  if (answer.has_calibration()) return print_calibration(answer.calibration());
+  if (answer.has_rigs()) return print_rigs(answer.rigs());
   if (answer.has_status()) return print_status(answer.status());
   if (answer.has_description()) return print_json(answer.description());
   if (answer.has_snapshot()) return print_json(answer.snapshot());

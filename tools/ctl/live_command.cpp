@@ -13,12 +13,11 @@
 
 #include "base/exit_codes.h"
 #include "ctl/live_answer.h"
+#include "ctl/live_connection.h"
 #include "mocap/v1/control.pb.h"
 #include "settings/shipped_files.h"
 #include "settings/subject/subject_file.h"
 #include "take/recorder/shot_list.h"
-#include "wire/codec/control_codec.h"
-#include "wire/zmq_control.h"
 
 namespace mocap::ctl {
 namespace {
@@ -31,33 +30,14 @@ int fail(const std::string& why, int code) {
   return code;
 }
 
-int exit_code_of(v1::Code code) {
-  switch (code) {
-    case v1::CODE_DONE: return kExitOk;
-    case v1::CODE_FORBIDDEN: return kExitNoPerm;
-    case v1::CODE_INVALID:
-    case v1::CODE_NOT_FOUND: return kExitData;
-    default: return kExitUnavailable;
-  }
-}
-
 int ask(const LiveOptions& options, const ControlRequest& request) {
-  wire::ControlClient::Settings settings;
-  settings.endpoint = options.endpoint;
-  Result<wire::ClientKeys> keys = wire::load_client_keys(options.keys.server_key, options.keys.secret_key);
-  if (!keys) return fail(keys.error().message, kExitUsage);
-  settings.keys = *std::move(keys);
-  auto client = wire::ControlClient::open(settings);
-  if (!client) return fail(client.error().message, kExitUsage);
-  v1::Request message = wire::encode(request);
-  message.set_id(1);
-  const Result<std::string> came = (*client)->ask(message.SerializeAsString(), from_s(options.timeout_s));
-  if (!came) return fail(came.error().message, kExitUnavailable);
-  v1::Answer answer;
-  if (!answer.ParseFromString(*came)) return fail("the answer is not a mocap.v1 message", kExitData);
-  print_answer(answer, options.json, options.csv);
-  if (answer.code() != v1::CODE_DONE && !options.json) fmt::print(stderr, "mocapctl: {}\n", answer.message());
-  return exit_code_of(answer.code());
+  auto client = connect(options);
+  if (!client) return fail(client.error().message, client.error().exit);
+  const auto answer = ask_once(**client, request, options.timeout_s);
+  if (!answer) return fail(answer.error().message, answer.error().exit);
+  print_answer(*answer, options.json, options.csv);
+  if (answer->code() != v1::CODE_DONE && !options.json) fmt::print(stderr, "mocapctl: {}\n", answer->message());
+  return exit_code_of(answer->code());
 }
 
 // Seconds since 1970 of "2026-03-01T12:00:00Z" or of the next "12:00:00", both UTC.
@@ -119,15 +99,6 @@ int fit(LiveOptions& options) {
   for (const auto& marker : body->marker_set.markers) options.request.marker_offsets_m.push_back(marker.offset_m);
   options.request.residual_m = body->residual_m;
   return ask(options, options.request);
-}
-
-void add_connection_options(cli::App& command, LiveOptions& options) {
-  command.add_option("--endpoint", options.endpoint, "the daemon's control endpoint")->capture_default_str();
-  cli::add_key_options(command, options.keys);
-  command.add_option("--timeout-s", options.timeout_s, "longest wait for the answer")
-      ->check(cli::Range(0.1, 600.0))
-      ->capture_default_str();
-  command.add_flag("--json", options.json, "print the answer as JSON");
 }
 
 // `example`: the command line after "mocapctl ".

@@ -26,6 +26,8 @@ struct LiveOptions {
   std::string at;
   std::filesystem::path shots_file;  ///< of take shots import
   bool csv = false;                  ///< of take shots list
+  std::string wand = "500";          ///< of calibrate wand, as the next; `seconds`: the largest duration
+  bool dry_run = false;
 };
 
 /// Adds the commands that send a request to a running daemon. The parser sets `options.run` to the chosen command. Call

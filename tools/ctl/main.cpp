@@ -5,6 +5,7 @@
 
 #include "base/exit_codes.h"
 #include "ctl/bridge_command.h"
+#include "ctl/calibrate_command.h"
 #include "ctl/cameras_command.h"
 #include "ctl/config_command.h"
 #include "ctl/doctor_command.h"
@@ -57,6 +58,8 @@ constexpr const char* kExamples = R"(examples:
       tracked again from its blobs, as the daemon does
   mocapctl take export takes/walk-3.mcap --out walk.fbx
       as C3D, TRC, CSV, BVH, glTF, USD or FBX; see take export --help
+  mocapctl calibrate wand --wand 500
+      the running daemon calibrates its cameras with a waved wand
   mocapctl bridge list
       who receives the feed by NatNet, VRPN, Rokoko or VMC
   mocapctl keys new server.key
@@ -90,9 +93,11 @@ int main(int argc, char** argv) {
   ctl::add_retrack_command(*app.get_subcommand("take"), chosen);
   ctl::LiveOptions live;
   ctl::add_live_commands(app, live);
+  ctl::LiveOptions calibration{.seconds = 180.0};
+  ctl::add_calibrate_command(app, calibration);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   try {
-    for (const auto& run : {keys.run, takes.run, live.run, chosen}) {
+    for (const auto& run : {keys.run, takes.run, live.run, calibration.run, chosen}) {
       if (run) return run();
     }
     return options.run(options);
