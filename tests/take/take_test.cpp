@@ -7,7 +7,7 @@
 
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
-#include "take/camera_blobs.h"
+#include "wire/codec/camera_blobs.h"
 #include "take/example_take.h"
 #include "take/take_edit.h"
 #include "take/take_reader.h"
@@ -324,13 +324,13 @@ TEST(TakeSchemas, ListImportedFilesFirst) {
 
 TEST(CameraBlobs, RefusesColumnsOfDifferentLengthAndNumbersThatAreNotFinite) {
   v1::CameraBlobs message;
-  encode(example_blobs(0, 3), message);
-  ASSERT_TRUE(decode(message));
+  wire::encode(example_blobs(0, 3), message);
+  ASSERT_TRUE(wire::decode(message));
   message.mutable_sigma_px()->Set(0, std::nan(""));
-  EXPECT_FALSE(decode(message));
+  EXPECT_FALSE(wire::decode(message));
   message.mutable_sigma_px()->Set(0, 0.1);
   message.add_flags(0);
-  EXPECT_FALSE(decode(message));
+  EXPECT_FALSE(wire::decode(message));
 }
 
 TEST(TakeInfo, KeepsUnknownKeysAndWritesUtc) {
