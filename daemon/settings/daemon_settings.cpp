@@ -347,7 +347,7 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   settings.state = state;
   DaemonTables tables = read_tables(*file, added ? &*added : nullptr, state, settings);
   check_together(tables, settings);
-  if (need == RigNeed::Whole) {
+  if (need == RigNeed::Whole && !settings.node.on()) {
     load_whole_rig(*file, tables, settings);
   } else {
     load_rig_as_found(*file, settings);
