@@ -240,6 +240,7 @@ void CameraWorker::keep_for_take() {
   channel_.wake_take->signal();
 }
 
+// A recording waits for its host. A pause does not: there may be no host.
 void CameraWorker::pass_to_node(const std::stop_token& stop) {
   if (channel_.wake_node == nullptr) return;
   for (;;) {
@@ -249,7 +250,7 @@ void CameraWorker::pass_to_node(const std::stop_token& stop) {
       channel_.counters.dropped_queue_full.add();
       return;
     }
-    if (stop.stop_requested() && !pausing()) return;
+    if (stop.stop_requested()) return;
     channel_.node_room.wait(ticket, kStopCheckPeriod);
   }
   channel_.wake_node->signal();
