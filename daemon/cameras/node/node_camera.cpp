@@ -98,7 +98,9 @@ std::string RemoteCamera::node() const {
 Error RemoteCamera::silent(ErrorCode code) const {
   std::string why = link_ ? link_->fault() : std::string{};
   if (why.empty()) why = "is mocapd running there, with a section [node]? Does the network reach it?";
-  return error(code, fmt::format("{} does not answer for more than {:.0f} s: {}", node(), to_s(kNodeSilent), why));
+  const bool was_heard = heard_at_ && host_now() - *heard_at_ >= kNodeSilent;
+  const std::string span = was_heard ? fmt::format(" for more than {:.0f} s", to_s(kNodeSilent)) : "";
+  return error(code, fmt::format("{} does not answer{}: {}", node(), span, why));
 }
 
 Error RemoteCamera::uncertain() const {
