@@ -1,9 +1,11 @@
 """Camera nodes: two daemons detect, a third one fuses their blobs; faults of one node leave the others alone."""
 
 import signal
+import subprocess
 import unittest
 
-from harness import SOURCE, Desk, free_port, until
+from cable import THERE, other_network
+from harness import BIN, SOURCE, Desk, free_port, until
 
 SUBJECT = f"""
 [[subject]]
@@ -160,31 +162,63 @@ class LiveNodes(Nodes):
 
 
 class Keys(Nodes):
-    def test_a_host_with_an_unknown_key_gets_no_blob_and_one_line_in_the_log(self):
-        for name in ("server", "fusion", "stranger"):
+    def keys(self, *friends):
+        """Makes the keys of the node `server` and of its friends; returns the section of the node that allows them."""
+        for name in ("server", *friends):
             made = self.desk.run("mocapctl", "keys", "new", f"{name}.key")
             self.assertEqual(made.returncode, 0, made.stderr)
-        allowed = self.desk.run("mocapctl", "keys", "allow", "fusion.key", "--list", "allowed.keys", "--role", "operator",
-                                "--name", "fusion")
-        self.assertEqual(allowed.returncode, 0, allowed.stderr)
-        security = '[security]\nserver_key = "server.key"\nallowed_keys = "allowed.keys"\n'
-        rig = f'[capture]\nrig = "{SOURCE}/config/demo.rig.toml"\n'
-        node = self.start_node("left", self.cameras(SYNTHETIC, "left"), rig + security)
+        for name in friends:
+            allowed = self.desk.run("mocapctl", "keys", "allow", f"{name}.key", "--list", "allowed.keys", "--role",
+                                    "operator", "--name", name)
+            self.assertEqual(allowed.returncode, 0, allowed.stderr)
+        return '[security]\nserver_key = "server.key"\nallowed_keys = "allowed.keys"\n'
 
-        def host(key, endpoint_of_feed):
-            text = HOST.format(source=SOURCE, feed=endpoint_of_feed)
-            for number in (1, 2):
-                text += REMOTE.format(number=number, node=self.node["left"],
-                                      more=f'server_key = "server.key"\nsecret_key = "{key}.key"\n')
-            return self.desk.start("mocapd", "--config", self.desk.write(f"{key}.toml", text))
+    def rig(self):
+        return f'[capture]\nrig = "{SOURCE}/config/demo.rig.toml"\n'
 
-        friend = host("fusion", endpoint())
+    def host(self, key):
+        """A fusion host with the cameras of the node `left` and its own key."""
+        text = HOST.format(source=SOURCE, feed=endpoint())
+        for number in (1, 2):
+            text += REMOTE.format(number=number, node=self.node["left"],
+                                  more=f'server_key = "server.key"\nsecret_key = "{key}.key"\n')
+        return self.desk.start("mocapd", "--config", self.desk.write(f"{key}.toml", text))
+
+
+class Strangers(Keys):
+    def test_a_host_with_an_unknown_key_gets_no_blob_and_one_line_in_the_log(self):
+        security = self.keys("fusion")
+        stranger_key = self.desk.run("mocapctl", "keys", "new", "stranger.key")
+        self.assertEqual(stranger_key.returncode, 0, stranger_key.stderr)
+        node = self.start_node("left", self.cameras(SYNTHETIC, "left"), self.rig() + security)
+        friend = self.host("fusion")
         until(lambda: friend.output().count("streaming") == 2, f"two cameras: {friend.output()}")
-        stranger = host("stranger", endpoint())
-        until(lambda: "refused" in node.output(), "a refusal in the log of the node")
-        until(lambda: "error camera cam1" in stranger.output() or "waiting for it" in stranger.output(), "a reason")
+
+        stranger = self.host("stranger")
+        until(lambda: "refused a client" in node.output(), "a refusal in the log of the node")
+        until(lambda: "does not answer" in stranger.output(), "a reason in the log of the host")
+
         self.assertNotIn("streaming", stranger.output())
         self.assertEqual(node.output().count("refused a client"), 1, node.output())
+
+
+class Cut(Keys):
+    """A node on another machine, with keys."""
+
+    def test_a_cut_cable_is_reported_with_the_node_and_its_cameras_come_back(self):
+        there = other_network(self)
+        self.node["left"] = f"tcp://{THERE}:5575"
+        text = NODE.format(node=self.node["left"], name="left", feed=endpoint(), more=self.rig() + self.keys("fusion"))
+        config = self.desk.write("left.toml", text + self.cameras(SYNTHETIC, "left"))
+        self.desk.start("/usr/bin/nsenter", "-t", there, "-n", BIN / "mocapd", "--config", config)
+        host = self.host("fusion")
+        until(lambda: host.output().count("streaming") == 2, f"two cameras: {host.output()}")
+
+        subprocess.run(["ip", "link", "set", "host0", "down"], check=True)
+        until(lambda: f"node 'left' at {self.node['left']} does not answer" in host.output(), "a line that names the node")
+        subprocess.run(["ip", "link", "set", "host0", "up"], check=True)
+
+        until(lambda: host.output().count("streaming") >= 4, f"both cameras again: {host.output()}")
 
 
 if __name__ == "__main__":
