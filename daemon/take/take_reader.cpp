@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "mocap/v1/health.pb.h"
-#include "wire/codec/camera_blobs.h"
 #include "take/take_writer.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/decode.h"
 
 namespace mocap::take {

@@ -6,8 +6,8 @@
 #include "mocap/v1/event.pb.h"
 #include "mocap/v1/health.pb.h"
 #include "mocap/v1/take.pb.h"
-#include "wire/codec/camera_blobs.h"
 #include "take/take_schemas.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {

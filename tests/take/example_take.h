@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "support/typical_snapshot.h"
-#include "wire/codec/camera_blobs.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {

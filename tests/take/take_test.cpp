@@ -7,12 +7,12 @@
 
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
-#include "wire/codec/camera_blobs.h"
 #include "take/example_take.h"
 #include "take/take_edit.h"
 #include "take/take_reader.h"
 #include "take/take_schemas.h"
 #include "take/take_writer.h"
+#include "wire/codec/camera_blobs.h"
 
 namespace mocap::take {
 namespace take_test {

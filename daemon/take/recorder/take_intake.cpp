@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "wire/codec/camera_blobs.h"
 #include "take/recorder/edge_images.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {

@@ -9,8 +9,8 @@ namespace mocap::wire {
 /// Encodes without loss. A reused message keeps its memory.
 void encode(const BlobFrame& from, v1::CameraBlobs& into);
 
-/// Decodes a message of an untrusted file or peer. Fails with InvalidArgument if columns differ in length, there are more than
-/// kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
+/// Decodes a message of an untrusted file or peer. Fails with InvalidArgument if columns differ in length, there are
+/// more than kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
 Result<BlobFrame> decode(const v1::CameraBlobs& from);
 
 }  // namespace mocap::wire
