@@ -13,7 +13,8 @@ TEST(IdleParts, GiveASnapshotWithViewsAndNothingElse) {
   first.blobs.push_back(Blob{});
   FrameSet set;
   set.exposed_at = from_ns(1000);
-  set.views = {&first, &second};
+  set.views.push_back(&first);
+  set.views.push_back(&second);
 
   const Snapshot& snapshot = fusion.step(set);
 

@@ -247,7 +247,7 @@ class UsbController(unittest.TestCase):
 
         self.assertEqual(asked.returncode, 0, asked.stderr)
         self.assertIn("usb2 of controller 0000:00:14.0 gives 400 MB/s, shared by A", shared.stdout)
-        self.assertIn("cameras with driver replay, synthetic, tcp; they cannot be discovered", shared.stdout)
+        self.assertIn("cameras with driver replay, synthetic, tcp, node; they cannot be discovered", shared.stdout)
         # Each camera sends 640 x 480 pixels of one byte, 700 times a second.
         self.assertIn("cameras send 430.1 MB/s (cam1 215.0 + cam2 215.0) of 400 MB/s that it gives; too much",
                       asked.stdout)

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "detect/delivered_blobs.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 
