@@ -60,7 +60,7 @@ class RemoteCamera final : public BlobCamera {
   Frame frame_of_image();
   std::string node() const;
   Error silent(ErrorCode code) const;
-  Error uncertain() const;
+  Error uncertain(ErrorCode code) const;
   Error error(ErrorCode code, const std::string& what) const {
     return {code, fmt::format("camera '{}': {}", name_, what)};
   }
@@ -103,12 +103,11 @@ Error RemoteCamera::silent(ErrorCode code) const {
   return error(code, fmt::format("{} does not answer{}: {}", node(), span, why));
 }
 
-Error RemoteCamera::uncertain() const {
+Error RemoteCamera::uncertain(ErrorCode code) const {
   return error(
-      ErrorCode::DeviceLost,
-      fmt::format("the clock of {} is known within {:.0f} us only, expected at most {:.0f} us ([align] "
-                  "window_us); its images stay out of the sets: shorten the network path (round trip {:.0f} us)",
-                  node(), to_us(clock_.uncertainty(host_now())), to_us(window_), to_us(clock_.round_trip())));
+      code, fmt::format("the clock of {} is known within {:.0f} us only, expected at most {:.0f} us ([align] "
+                        "window_us); its images stay out of the sets: shorten the network path (round trip {:.0f} us)",
+                        node(), to_us(clock_.uncertainty(host_now())), to_us(window_), to_us(clock_.round_trip())));
 }
 
 Status RemoteCamera::open_link() {
@@ -181,7 +180,7 @@ Status RemoteCamera::judge_echo() const {
     return error(ErrorCode::InvalidArgument, fmt::format("{} plays {}; set recorded = {} for this camera", node(),
                                                          recorded_ ? "a recording" : "no recording", recorded_));
   }
-  if (!recorded_ && clock_.uncertainty(host_now()) > window_) return uncertain();
+  if (!recorded_ && clock_.uncertainty(host_now()) > window_) return uncertain(ErrorCode::NotFound);
   return {};
 }
 
@@ -260,7 +259,7 @@ Result<bool> RemoteCamera::follow_image() {
   if (counters_ != nullptr) counters_->failed_frames.fetch_add(1, std::memory_order_relaxed);
   const Timestamp now = host_now();
   if (!uncertain_since_) uncertain_since_ = now;
-  if (now - *uncertain_since_ > kUncertainFor) return uncertain();
+  if (now - *uncertain_since_ > kUncertainFor) return uncertain(ErrorCode::DeviceLost);
   return false;
 }
 
