@@ -40,12 +40,28 @@ TEST(LabelTally, LongestWrongIsARunOfOneLabel) {
   EXPECT_EQ(tally.figures().longest_wrong_frames, 2U);  // of label 0, in the last two frames
 }
 
-TEST(LabelTally, TwoMarkersThatAlwaysExchangeTheirLabelsKeepTheirIdentity) {
+TEST(LabelTally, TwoMarkersThatMostlyExchangeTheirLabelsKeepTheirIdentity) {
   LabelTally tally(2, 10.0);
-  for (int frame = 0; frame < 10; ++frame) tally.add(std::vector{0, 1}, std::vector{1, 0});
+  for (int frame = 0; frame < 9; ++frame) tally.add(std::vector{0, 1}, std::vector{1, 0});
+  tally.add(std::vector{0, 1}, std::vector{0, 1});
 
-  EXPECT_EQ(*tally.figures().macro_f1, 0.0);
-  EXPECT_EQ(*tally.figures().idf1, 1.0);
+  EXPECT_NEAR(*tally.figures().macro_f1, 0.1, 1e-12);
+  EXPECT_NEAR(*tally.figures().idf1, 0.9, 1e-12);
+}
+
+TEST(LabelTally, ListsWrongLabelsMostFrequentFirst) {
+  LabelTally tally(2, 10.0);
+  tally.add(std::vector{0, 1, kNull}, std::vector{kNull, 0, 1});
+  tally.add(std::vector{0, 1, kNull}, std::vector{0, kNull, 1});
+
+  const std::vector<Confusion> wrong = tally.confusions();
+
+  ASSERT_EQ(wrong.size(), 2U);
+  EXPECT_EQ(wrong[0].given, 1);
+  EXPECT_EQ(wrong[0].truth, kNull);
+  EXPECT_EQ(wrong[0].points, 2U);
+  EXPECT_EQ(wrong[1].given, 0);
+  EXPECT_EQ(wrong[1].truth, 1);
 }
 
 TEST(LabelTally, WithoutPointsNoFigureIsThere) {

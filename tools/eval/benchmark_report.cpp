@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 using Reasons = std::array<std::uint64_t, benchmark::kWithheldReasons>;
 
 constexpr std::size_t kListedMarkers = 8;
+constexpr std::size_t kListedConfusions = 3;
 
 std::string_view reason_text(std::size_t reason) { return text_of(static_cast<benchmark::Withheld>(reason)); }
 
@@ -93,6 +94,19 @@ std::string svg_text(const std::string& text) {
   return safe;
 }
 
+// The most frequent wrong labels of each run.
+std::string wrong_labels(const BenchmarkCase& one) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kListedConfusions, one.run.confusions.size()); ++i) {
+    const benchmark::Confusion& wrong = one.run.confusions[i];
+    text +=
+        fmt::format("  wrong, {}, seed {}: {} on {} in {} frames\n", one.noise, one.seed,
+                    one.markers[static_cast<std::size_t>(wrong.given)],
+                    wrong.truth < 0 ? "no marker" : one.markers[static_cast<std::size_t>(wrong.truth)], wrong.points);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string benchmark_header() {
@@ -113,8 +127,11 @@ std::string benchmark_line(const BenchmarkCase& one) {
 
 std::string benchmark_reasons(const std::vector<BenchmarkCase>& cases) {
   std::map<std::string, std::pair<Reasons, std::map<std::string, Reasons>>> takes;  // by take and mode
+  std::map<std::string, std::string> wrong;                                         // likewise
   for (const BenchmarkCase& one : cases) {
-    auto& [all, of_marker] = takes[fmt::format("{}, {}", one.take, text_of(one.mode))];
+    const std::string take = fmt::format("{}, {}", one.take, text_of(one.mode));
+    auto& [all, of_marker] = takes[take];
+    wrong[take] += wrong_labels(one);
     for (std::size_t m = 0; m < one.markers.size(); ++m) {
       for (std::size_t r = 0; r < all.size(); ++r) {
         all[r] += one.run.withheld_of[m][r];
@@ -124,8 +141,8 @@ std::string benchmark_reasons(const std::vector<BenchmarkCase>& cases) {
   }
   std::string text;
   for (const auto& [take, reasons] : takes) {
-    text += fmt::format("\n{}: {} points of markers without a label\n{}{}", take, total_of(reasons.first),
-                        histogram(reasons.first), worst_markers(reasons.second));
+    text += fmt::format("\n{}: {} points of markers without a label\n{}{}{}", take, total_of(reasons.first),
+                        histogram(reasons.first), worst_markers(reasons.second), wrong[take]);
   }
   return text;
 }

@@ -128,6 +128,7 @@ Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   }
   run.figures = tally.figures();
   run.since_first = since_first.figures();
+  run.confusions = tally.confusions();
   run.ms_per_frame = 1e3 * spent_s / static_cast<double>(std::max<std::size_t>(1, frames.size()));
   return run;
 }

@@ -38,6 +38,7 @@ struct LabelRun {
   LabelFigures figures;                                    ///< of all frames
   LabelFigures since_first;                                ///< from the first frame with a label on
   double ms_per_frame = 0.0;                               ///< CPU time of the daemon's steps in this thread, mean
+  std::vector<Confusion> confusions;                       ///< wrong labels, most frequent first
   std::array<std::uint64_t, kWithheldReasons> withheld{};  ///< points of markers without a label, by reason
   std::vector<std::array<std::uint64_t, kWithheldReasons>> withheld_of;  ///< the same, by marker
 };

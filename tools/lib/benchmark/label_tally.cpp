@@ -1,6 +1,7 @@
 #include "lib/benchmark/label_tally.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "geometry/assignment.h"
 
@@ -82,6 +83,19 @@ double LabelTally::identity_f1() const {
     if (givens_of[truth] != geometry::Assigner::kAlone) common += count(truth, givens_of[truth]);
   }
   return of == 0 ? 1.0 : 2.0 * static_cast<double>(common) / static_cast<double>(of);
+}
+
+std::vector<Confusion> LabelTally::confusions() const {
+  std::vector<Confusion> all;
+  for (std::size_t truth = 0; truth < classes_; ++truth) {
+    for (std::size_t given = 0; given + 1 < classes_; ++given) {
+      if (truth == given || count(truth, given) == 0) continue;
+      all.push_back(
+          {static_cast<int>(given), truth + 1 == classes_ ? kNull : static_cast<int>(truth), count(truth, given)});
+    }
+  }
+  std::ranges::stable_sort(all, std::ranges::greater{}, &Confusion::points);
+  return all;
 }
 
 LabelFigures LabelTally::figures() const {

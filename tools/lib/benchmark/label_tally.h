@@ -25,6 +25,13 @@ struct LabelFigures {
   std::optional<double> first_label_s;
 };
 
+/// Points of one marker, or of none, that had the label of another one.
+struct Confusion {
+  int given = 0;   ///< label
+  int truth = -1;  ///< true label; -1: no marker
+  std::uint64_t points = 0;
+};
+
 /// Counts the labels of a run, frame by frame.
 class LabelTally {
  public:
@@ -40,6 +47,9 @@ class LabelTally {
   bool has_label() const { return first_.has_value(); }
 
   LabelFigures figures() const;
+
+  /// All wrong labels by label and true label, most frequent first.
+  std::vector<Confusion> confusions() const;
 
  private:
   std::uint64_t& count(int truth, int given) { return counts_[index(truth) * classes_ + index(given)]; }
