@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs the benchmark of labels on all recordings of the data folder and writes tools/eval/BENCHMARK.md.
 # Usage: tools/benchmark.sh [--quick] [FOLDER]
-#   --quick  noise none and soma, body given; else 7 kinds of noise, 3 modes: 7 to 13 minutes beside a load of 11 to 14
+#   --quick  noise none and soma, body given: under a minute; else 7 kinds of noise, 3 modes: 7 to 13 minutes beside a load of 11 to 14
 #   FOLDER   C3D and TRC files of your own, run in addition
 set -eu
 cd "$(dirname "$0")/.."
