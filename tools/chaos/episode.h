@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/time.h"
 #include "chaos/fault.h"
 
 namespace mocap::chaos {
@@ -14,7 +15,9 @@ struct Episode {
   std::uint32_t subjects = 2;
   double rate_hz = 60.0;
   bool utc_stamps = false;  ///< the cameras stamp their images with UTC (PTP), else with a clock of their own
-  double seconds = 6.5;
+  bool fitted = true;       ///< the bodies are known; else the daemon fits them in the T-pose at the start
+  Duration patience = std::chrono::milliseconds(30);  ///< [align] patience
+  double seconds = 5.5;
   std::vector<Fault> faults;
 };
 

@@ -10,7 +10,7 @@ namespace mocap::chaos {
 namespace {
 
 constexpr std::size_t kKeptTruths = 64;
-constexpr Timestamp kStart = from_ns(1'000'000'000);  // the first exposure, as SceneWorld
+constexpr Timestamp kStart = from_ns(1'000'000'000);            // the first exposure, as SceneWorld
 constexpr Duration kAfterEnd = std::chrono::milliseconds(500);  // images and takes that are under way at the end
 
 settings::DaemonSettings settings_of(const Stage& stage, const Episode& episode) {
@@ -18,29 +18,50 @@ settings::DaemonSettings settings_of(const Stage& stage, const Episode& episode)
   settings.rig = stage.rig();
   settings.subject_models = stage.subjects();
   settings.nominal_rate_hz = episode.rate_hz;
+  settings.pipeline.align.patience = episode.patience;
   return settings;
 }
 
 Description description_of(const settings::DaemonSettings& settings) { return describe(settings, "chaos"); }
 
 // The kinds of a reload, by the amount of its fault.
-enum class Change { Nothing, Label, Alignment, Order };
+enum class Change { Nothing, Label, Alignment, Order, Subjects };
 
-Change change_of(double amount) { return static_cast<Change>(std::clamp(static_cast<int>(amount), 0, 3)); }
+Change change_of(double amount) { return static_cast<Change>(std::clamp(static_cast<int>(amount), 0, 4)); }
 
-Handover handover_of(Change change, const settings::DaemonSettings& settings) {
+// The performers of the subjects after a change: the order is reversed; the last subject leaves, or returns.
+std::vector<std::uint32_t> cast_of(Change change, std::vector<std::uint32_t> cast, std::uint32_t performers) {
+  if (change == Change::Order) std::ranges::reverse(cast);
+  if (change != Change::Subjects || performers < 2) return cast;
+  if (cast.size() > 1) return {cast.front()};
+  return {cast.front(), performers - 1 - cast.front()};
+}
+
+// A subject is the same if its performer is.
+Handover handover_of(const std::vector<std::uint32_t>& before, const std::vector<std::uint32_t>& now,
+                     std::size_t cameras) {
   Handover handover;
-  for (std::uint32_t i = 0; i < settings.subject_models.size(); ++i) handover.subjects.push_back(SubjectId{i});
-  if (change == Change::Order) std::ranges::reverse(handover.subjects);
-  for (std::uint32_t i = 0; i < settings.rig.size(); ++i) handover.cameras.push_back(CameraId{i});
+  for (const std::uint32_t performer : now) {
+    const auto same = std::ranges::find(before, performer);
+    handover.subjects.push_back(same == before.end() ? SubjectId{}
+                                                     : SubjectId{static_cast<std::uint32_t>(same - before.begin())});
+  }
+  for (std::uint32_t i = 0; i < cameras; ++i) handover.cameras.push_back(CameraId{i});
   handover.matching = handover.drift = true;
   return handover;
+}
+
+// Whether the daemon forgets the performer's body, so that only a T-pose, which does not come, gives a skeleton again.
+bool needs_pose(const Episode& episode, std::uint32_t performer) {
+  return std::ranges::any_of(episode.faults, [&](const Fault& fault) {
+    if (fault.kind == FaultKind::SubjectReset) return fault.target == performer;
+    return !episode.fitted && fault.kind == FaultKind::Reload && change_of(fault.amount) == Change::Subjects;
+  });
 }
 
 settings::DaemonSettings changed(settings::DaemonSettings settings, Change change) {
   if (change == Change::Label) settings.label.search_every *= 2;
   if (change == Change::Alignment) settings.pipeline.align.patience += std::chrono::milliseconds(1);
-  if (change == Change::Order) std::ranges::reverse(settings.subject_models);
   return settings;
 }
 
@@ -59,7 +80,7 @@ EpisodeRun::EpisodeRun(const Episode& episode, Stage stage, const std::filesyste
       feed_(episode, description_),
       takes_(takes, description_, sabotage.take),
       now_(kStart) {
-  for (std::uint32_t i = 0; i < stage_.subjects().size(); ++i) performer_of_.push_back(i);
+  for (std::uint32_t i = 0; i < stage_.subjects().size(); ++i) cast_.push_back(i);
 }
 
 Verdict EpisodeRun::run() {
@@ -139,6 +160,8 @@ void EpisodeRun::begin(const Fault& fault) {
     case FaultKind::DiskFull: return takes_.fill_disk(fault.amount);
     case FaultKind::FolderGone: return takes_.remove_folder();
     case FaultKind::Reload: return reload(fault.amount);
+    case FaultKind::SubjectReset: return order(fault.target, [this](SubjectId id) { daemon_.reset(id); });
+    case FaultKind::SubjectRemoved: return order(fault.target, [this](SubjectId id) { daemon_.set_away(id, true); });
     default: return;
   }
 }
@@ -146,14 +169,26 @@ void EpisodeRun::begin(const Fault& fault) {
 void EpisodeRun::end(const Fault& fault) {
   if (fault.kind == FaultKind::TakeRecorded) takes_.order(TakeAction::Stop, {}, now_);
   if (fault.kind == FaultKind::DiskFull) takes_.free_disk();
+  if (fault.kind == FaultKind::SubjectRemoved)
+    order(fault.target, [this](SubjectId id) { daemon_.set_away(id, false); });
+}
+
+// An operator's order about the subject that a performer plays, if there is one.
+void EpisodeRun::order(std::uint32_t performer, const std::function<void(SubjectId)>& give) {
+  const auto subject = std::ranges::find(cast_, performer);
+  if (subject != cast_.end()) give(SubjectId{static_cast<std::uint32_t>(subject - cast_.begin())});
 }
 
 void EpisodeRun::reload(double amount) {
   const Change change = change_of(amount);
   settings::DaemonSettings next = changed(daemon_.settings(), change);
-  const Handover handover = handover_of(change, next);
+  const std::vector<Subject> performers = stage_.subjects();
+  const std::vector<std::uint32_t> before =
+      std::exchange(cast_, cast_of(change, cast_, static_cast<std::uint32_t>(performers.size())));
+  next.subject_models.clear();
+  for (const std::uint32_t performer : cast_) next.subject_models.push_back(performers[performer]);
+  const Handover handover = handover_of(before, cast_, next.rig.size());
   description_ = description_of_reload(next, handover);
-  if (change == Change::Order) std::ranges::reverse(performer_of_);
   feed_.send(seconds(now_));
   daemon_.reload(std::move(next), handover);
   feed_.change(description_);
@@ -167,7 +202,8 @@ Description EpisodeRun::description_of_reload(const settings::DaemonSettings& ne
   Description description = description_of(next);
   description.version = daemon_.fusion().description_version() + 1;
   for (std::size_t i = 0; i < description.subjects.size(); ++i) {
-    description.subjects[i] = in_force.subjects[handover.subjects[i].value];
+    const SubjectId before = handover.subjects[i];
+    if (before.names_something()) description.subjects[i] = in_force.subjects[before.value];
   }
   return description;
 }
@@ -210,8 +246,9 @@ void EpisodeRun::check_recovery(const Snapshot& snapshot) {
   const auto nearest = std::ranges::min_element(truths_, {}, [&](const scoring::EvalFrame& truth) {
     return std::abs((truth.exposed_at - snapshot.instants.exposed_at).count());
   });
-  for (std::uint32_t subject = 0; subject < performer_of_.size(); ++subject) {
-    note("skeletons are right again", skeleton_is_right(snapshot, *nearest, subject, performer_of_[subject]));
+  for (std::uint32_t subject = 0; subject < cast_.size(); ++subject) {
+    if (needs_pose(episode_, cast_[subject])) continue;
+    note("skeletons are right again", skeleton_is_right(snapshot, *nearest, subject, cast_[subject]));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,7 @@ class EpisodeRun {
   void begin(const Fault& fault);
   void end(const Fault& fault);
   void reload(double amount);
+  void order(std::uint32_t performer, const std::function<void(SubjectId)>& give);
   Description description_of_reload(const settings::DaemonSettings& next, const Handover& handover) const;
   void on_set(Snapshot& snapshot, const std::optional<SubjectFit>& fit, Timestamp now);
   void check(const Snapshot& snapshot);
@@ -51,8 +53,8 @@ class EpisodeRun {
   StepDaemon daemon_;
   VirtualFeed feed_;
   TakeDesk takes_;
-  std::vector<std::uint32_t> performer_of_;  // by subject of the daemon
-  std::deque<scoring::EvalFrame> truths_;    // the last instants
+  std::vector<std::uint32_t> cast_;        // by subject of the daemon: the performer
+  std::deque<scoring::EvalFrame> truths_;  // the last instants
   std::optional<Snapshot> last_;
   Timestamp now_;
   std::optional<Failure> failure_;

@@ -39,6 +39,8 @@ constexpr std::array kKinds{
     KindFacts{FaultKind::SubjectAway, "subject-away", Target::Subject, 0.1, 2.0, 0.0, 0.0, ""},
     KindFacts{FaultKind::SubjectLies, "subject-lies", Target::Subject, 1.5, 2.5, 0.0, 0.0, ""},
     KindFacts{FaultKind::SubjectsSwap, "subjects-swap", Target::None, 1.2, 2.0, 0.0, 0.0, ""},
+    KindFacts{FaultKind::SubjectReset, "subject-reset", Target::Subject, 0.0, 0.0, 0.0, 0.0, ""},
+    KindFacts{FaultKind::SubjectRemoved, "subject-removed", Target::Subject, 0.02, 1.5, 0.0, 0.0, ""},
     KindFacts{FaultKind::MessagesLost, "messages-lost", Target::None, 0.05, 1.5, 0.1, 1.0, "of the messages"},
     KindFacts{FaultKind::MessagesCut, "messages-cut", Target::None, 0.05, 1.0, 0.1, 1.0, "of the messages"},
     KindFacts{FaultKind::TakeRecorded, "take-recorded", Target::None, 0.05, 2.5, 0.0, 1.5, "s before"},
@@ -47,7 +49,7 @@ constexpr std::array kKinds{
     KindFacts{FaultKind::TakeCut, "take-cut", Target::None, 0.0, 0.0, 0.0, 1.0, "of the file is kept"},
     KindFacts{FaultKind::DiskFull, "disk-full", Target::None, 0.1, 1.5, 0.0, 30000.0, "bytes are free"},
     KindFacts{FaultKind::FolderGone, "folder-gone", Target::None, 0.0, 0.0, 0.0, 0.0, ""},
-    KindFacts{FaultKind::Reload, "reload", Target::None, 0.0, 0.0, 0.0, 4.0, "(kind of the change)"},
+    KindFacts{FaultKind::Reload, "reload", Target::None, 0.0, 0.0, 0.0, 5.0, "(kind of the change)"},
 };
 
 const KindFacts& facts_of(FaultKind kind) {
@@ -93,9 +95,8 @@ std::string to_text(const Fault& fault) {
 }
 
 const Fault* active_fault(std::span<const Fault> faults, FaultKind kind, std::uint32_t target, double t_s) {
-  const auto found = std::ranges::find_if(faults, [&](const Fault& fault) {
-    return fault.kind == kind && fault.target == target && fault.is_active(t_s);
-  });
+  const auto found = std::ranges::find_if(
+      faults, [&](const Fault& fault) { return fault.kind == kind && fault.target == target && fault.is_active(t_s); });
   return found == faults.end() ? nullptr : &*found;
 }
 

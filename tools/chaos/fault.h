@@ -27,6 +27,8 @@ enum class FaultKind : std::uint8_t {
   SubjectAway,
   SubjectLies,
   SubjectsSwap,
+  SubjectReset,
+  SubjectRemoved,
   MessagesLost,
   MessagesCut,
   TakeRecorded,

@@ -11,10 +11,10 @@
 namespace mocap::chaos {
 namespace {
 
-constexpr Duration kDelay = std::chrono::microseconds(300);     // least time from the end of the exposure to the host
-constexpr Duration kTransfer = std::chrono::milliseconds(2);    // from the first to the last byte
-constexpr double kMeanJitter_s = 50e-6;                         // exponential
-constexpr double kSwapDelayPeriods = 1.3;                       // an image that arrives after the next one
+constexpr Duration kDelay = std::chrono::microseconds(300);   // least time from the end of the exposure to the host
+constexpr Duration kTransfer = std::chrono::milliseconds(2);  // from the first to the last byte
+constexpr double kMeanJitter_s = 50e-6;                       // exponential
+constexpr double kSwapDelayPeriods = 1.3;                     // an image that arrives after the next one
 constexpr double kLampArea_px2 = 9000.0;
 constexpr Duration kTai = std::chrono::seconds(37);  // a PTP clock is ahead of UTC
 
@@ -120,8 +120,8 @@ std::vector<Blob> FaultyCameras::image_of(const BlobFrame& frame, double t_s) {
 
 void FaultyCameras::send(const Arrival& arrival, double t_s) {
   const auto put = [this](const Arrival& sent) {
-    const auto later = std::ranges::upper_bound(under_way_, sent.received, {},
-                                                [](const auto& waiting) { return waiting->received; });
+    const auto later =
+        std::ranges::upper_bound(under_way_, sent.received, {}, [](const auto& waiting) { return waiting->received; });
     under_way_.insert(later, std::make_unique<Arrival>(sent));
   };
   put(arrival);

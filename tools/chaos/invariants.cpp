@@ -17,10 +17,10 @@
 namespace mocap::chaos {
 namespace {
 
-constexpr std::uint64_t kQueued = 8;        // images of one camera that may wait in the aligner
-constexpr double kUnit = 1e-6;              // deviation of the norm of a rotation
-constexpr std::size_t kJudgedBones = 8;     // a subject with fewer bones in sight is not judged
-constexpr double kSeenMarkers = 0.8;        // share of the markers that two cameras must see
+constexpr std::uint64_t kQueued = 8;     // images of one camera that may wait in the aligner
+constexpr double kUnit = 1e-6;           // deviation of the norm of a rotation
+constexpr std::size_t kJudgedBones = 8;  // a subject with fewer bones in sight is not judged
+constexpr double kSeenMarkers = 0.8;     // share of the markers that two cameras must see
 
 bool is_unit(const Eigen::Quaterniond& rotation) {
   return rotation.coeffs().allFinite() && std::abs(rotation.norm() - 1.0) < kUnit;

@@ -1,7 +1,7 @@
 #include "chaos/isolated_run.h"
 
-#include <fmt/format.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -23,8 +23,7 @@ constexpr rlim_t kMostCpu_s = 120;
 constexpr const char* kCrash = "the daemon does not crash";
 
 Error no_process(const char* what) {
-  return {ErrorCode::Io,
-          fmt::format("{}: {}", what, std::strerror(errno))};  // NOLINT(concurrency-mt-unsafe)
+  return {ErrorCode::Io, fmt::format("{}: {}", what, std::strerror(errno))};  // NOLINT(concurrency-mt-unsafe)
 }
 
 std::string encode(const Result<Verdict>& verdict) {

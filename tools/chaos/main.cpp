@@ -19,7 +19,8 @@ namespace {
 
 constexpr const char* kHelp =
     "Runs the steps of the daemon (clocks, 2D tracks, alignment, fusion, feed, takes, reload) in one thread under a\n"
-    "virtual clock, with a simulated world and with faults that are drawn from the seed. After each step the invariants\n"
+    "virtual clock, with a simulated world and with faults that are drawn from the seed. After each step the "
+    "invariants\n"
     "of tools/chaos/README.md are checked. The same seed gives the same run. A failure is printed with its seed,\n"
     "commit, step, invariant and the fewest faults that still fail.\n"
     "\n"
@@ -69,7 +70,8 @@ int run(const Options& options, BatchSettings batch) {
   set_log_level(LogLevel::Error);
   batch.jobs = options.jobs;
   batch.folder = default_folder();
-  if (options.minutes) batch.no_start_after = std::chrono::round<Duration>(std::chrono::duration<double>(60.0 * *options.minutes));
+  if (options.minutes)
+    batch.no_start_after = std::chrono::round<Duration>(std::chrono::duration<double>(60.0 * *options.minutes));
   const std::string commit = commit_of_tree();
   std::uint64_t failures = 0, sets = 0;
   const auto on_result = [&](const SeedResult& result) {

@@ -56,8 +56,9 @@ Result<Verdict> run_twice(const Episode& episode, const fs::path& folder, const 
   const Result<Verdict> second = run_episode(episode, folder, sabotage);
   if (!second || second->failure) return second;
   if (first->hash != second->hash) {
-    first->failure = Failure{"the same seed gives the same hash",
-                             fmt::format("{:016x}, then {:016x}", first->hash, second->hash), episode.seconds, first->sets};
+    first->failure =
+        Failure{"the same seed gives the same hash", fmt::format("{:016x}, then {:016x}", first->hash, second->hash),
+                episode.seconds, first->sets};
   }
   return first;
 }

@@ -16,8 +16,8 @@ namespace mocap::chaos {
 struct Failure {
   std::string invariant;
   std::string words;
-  double t_s = 0.0;         ///< virtual time
-  std::uint64_t step = 0;   ///< snapshots before
+  double t_s = 0.0;        ///< virtual time
+  std::uint64_t step = 0;  ///< snapshots before
 };
 
 struct Verdict {

@@ -33,13 +33,12 @@ Result<simworld::Performer> make_performer(const Episode& episode, std::uint32_t
     return Error{ErrorCode::NotFound, std::string("the marker set ") + role.marker_set +
                                           " is not installed; run the program from the tree or install the package"};
   }
-  auto program = scene::parse_program(role.motion);
+  auto program = scene::parse_program(episode.fitted ? role.motion : std::string("tpose:1.2,") + role.motion);
   if (!program) return program.error();
   simworld::Performer performer;
-  const ActorPlace place{
-      subject, {role.place_m[0], role.place_m[1]}, {other.place_m[0], other.place_m[1]}};
+  const ActorPlace place{subject, {role.place_m[0], role.place_m[1]}, {other.place_m[0], other.place_m[1]}};
   performer.actor = make_scripted_actor(scene::make_procedural_actor(*set, std::move(*program)), place, episode.faults);
-  performer.subject = {role.name, *set, true};
+  performer.subject = {role.name, *set, episode.fitted};
   for (std::uint32_t m = 0; m < set->markers.size(); ++m) performer.marker_of.push_back(m);
   return performer;
 }

@@ -58,6 +58,9 @@ class StepDaemon {
   FrameCounts counts() const;
   const settings::DaemonSettings& settings() const { return *settings_; }
   const fusion::Fusion& fusion() const { return *fusion_; }
+  /// The orders of an operator, as FusionWorker::follow_orders.
+  void reset(SubjectId subject) { fusion_->reset(subject); }
+  void set_away(SubjectId subject, bool away) { fusion_->set_away(subject, away); }
   /// Growth of the heap in all calls of Fusion::step after the first second.
   std::int64_t step_growth_bytes() const { return step_growth_bytes_; }
 

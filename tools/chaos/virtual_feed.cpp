@@ -164,7 +164,9 @@ void VirtualFeed::count() {
   finding_ = fmt::format("{} snapshots pushed, {} counted as sent, passed over or dropped", pushed_, known);
 }
 
-void VirtualFeed::change(Description description) { worker_.change(std::move(description), worker_settings(), links()); }
+void VirtualFeed::change(Description description) {
+  worker_.change(std::move(description), worker_settings(), links());
+}
 
 std::uint64_t VirtualFeed::hash() const { return link_->hash(); }
 const Description& VirtualFeed::sent_description() const { return link_->sent(); }
