@@ -162,7 +162,7 @@ std::uint64_t StepDaemon::in_aligner() const {
 FrameCounts StepDaemon::counts() const {
   FrameCounts counts = counts_;
   const synchronise::AlignCounts& aligned = aligner_.counts();
-  counts.dropped += aligned.late + aligned.repeated + aligned.overflow;
+  counts.dropped += aligned.late + aligned.repeated + aligned.overflow + aligned.cleared;
   for (const CameraSide& camera : cameras_) counts.waiting += camera.queue.size();
   return counts;
 }
