@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "chaos/hash.h"
-#include "wire/codec/decode.h"
+#include "chaos/virtual_subscriber.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::chaos {
@@ -19,43 +19,6 @@ runtime::PublishWorkerSettings worker_settings() {
   settings.report_every = std::chrono::hours(1000);
   return settings;
 }
-
-// A client: keeps the last description and reads snapshots that refer to it.
-class Subscriber {
- public:
-  void receive_description(const std::string& bytes, bool damaged) {
-    v1::Description message;
-    if (!message.ParseFromString(bytes)) return refuse(damaged, "a description cannot be parsed");
-    const Result<Description> read = wire::decode(message);
-    if (!read) return refuse(damaged, read.error().message);
-    if (!damaged) known_ = *read;
-  }
-
-  void receive_snapshot(const std::string& bytes, bool damaged) {
-    v1::Snapshot message;
-    if (!message.ParseFromString(bytes)) return refuse(damaged, "a snapshot cannot be parsed");
-    const Result<Snapshot> read = wire::decode(message);
-    if (!read) return refuse(damaged, read.error().message);
-    if (damaged || !known_) return;
-    note(fits_description(*read, *known_));
-  }
-
-  // A lost description: snapshots that refer to it cannot be read until the next one.
-  void forget() { known_.reset(); }
-
-  const Finding& finding() const { return finding_; }
-
- private:
-  void refuse(bool damaged, const std::string& why) {
-    if (!damaged) note(why);
-  }
-  void note(const Finding& finding) {
-    if (!finding_) finding_ = finding;
-  }
-
-  std::optional<Description> known_;
-  Finding finding_;
-};
 
 }  // namespace
 
@@ -120,7 +83,7 @@ class VirtualFeed::Link final : public Publisher {
   scene::Random random_;
   double t_s_ = 0.0;
   std::optional<Description> sent_;
-  Subscriber subscriber_;
+  VirtualSubscriber subscriber_;
   Finding finding_;
   Hash hash_;
 };
