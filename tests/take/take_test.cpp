@@ -20,6 +20,7 @@ namespace take_test {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class TakeTest : public ::testing::Test {
  protected:
@@ -176,6 +177,18 @@ TEST_F(TakeTest, AnEditThatIsInterruptedAtAnyByteLosesNoData) {
     ASSERT_TRUE(repair_take(path()));
     ASSERT_THAT(faults(), IsEmpty()) << written;
   }
+}
+
+// A planted defect of tests/tools_chaos: such a take was called whole, because all its data are there.
+TEST_F(TakeTest, FindsATakeThatEndsWithinItsIndexAndRepairsIt) {
+  ASSERT_NO_FATAL_FAILURE(record_example(path(), 30));
+  std::string whole = bytes();
+  whole.resize(whole.size() - 9);
+  write(whole);
+
+  EXPECT_THAT(faults(), Not(IsEmpty()));
+  ASSERT_TRUE(repair_take(path()));
+  EXPECT_THAT(faults(), IsEmpty());
 }
 
 TEST_F(TakeTest, RepairsATakeThatWasCutAtAnyByte) {
