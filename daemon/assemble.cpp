@@ -15,11 +15,14 @@
 #include "calibration/wand/wand_calibrator.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/jpeg_encoder.h"
+#include "cameras/node/node_camera.h"
 #include "cameras/open_camera.h"
 #include "cameras/replay/replay_settings.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
+#include "detect/delivered_blobs.h"
 #include "explain/search_explainer.h"
+#include "fusion/idle_parts.h"
 #include "label/body_labeller.h"
 #include "model/calibrated_camera.h"
 #include "settings/packed_files.h"
@@ -38,6 +41,7 @@
 #include "trigger/desk.h"
 #include "trigger/udp_port.h"
 #include "wire/zmq_control.h"
+#include "wire/zmq_node_server.h"
 #include "wire/zmq_publisher.h"
 
 namespace mocap {
@@ -131,9 +135,11 @@ std::vector<TakeFile> take_files(const settings::DaemonSettings& settings) {
   return files;
 }
 
-// Not in a replay, whose blobs are recorded already, and not if nobody can ask for a take.
+// Not in a replay, whose blobs are recorded already, not on a node, whose fusion host records them, and not if nobody
+// can ask for a take.
 bool records_takes(const settings::DaemonSettings& settings) {
-  return !is_replay(settings) && (settings.control.endpoint != "none" || settings.trigger.listens());
+  return !is_replay(settings) && !settings.node.on() &&
+         (settings.control.endpoint != "none" || settings.trigger.listens());
 }
 
 // Null if no takes are recorded.
@@ -168,6 +174,21 @@ std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& se
   return timecode::make_timecode_source(settings.timecode, settings.nominal_rate_hz);
 }
 
+std::string control_endpoint(const settings::DaemonSettings& settings) {
+  if (settings.control.endpoint == "none") return {};
+  return settings.control.endpoint.empty() ? wire::control_beside(settings.publish.endpoint)
+                                           : settings.control.endpoint;
+}
+
+// Null if this daemon is no node.
+Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& settings) {
+  if (!settings.node.on()) return std::unique_ptr<NodeServer>{};
+  Result<std::unique_ptr<wire::ZmqNodeServer>> node =
+      wire::ZmqNodeServer::open({settings.node, is_replay(settings), control_endpoint(settings)});
+  if (!node) return node.error();
+  return std::unique_ptr<NodeServer>(std::move(*node));
+}
+
 // Null in a replay, which mocap-calibrate calibrates. One thread, so that the pipeline keeps the other processors.
 std::unique_ptr<RigCalibrator> make_calibrator(const settings::DaemonSettings& settings) {
   constexpr int kSolverThreads = 1;
@@ -180,15 +201,31 @@ bool plays_take(const cameras::CameraSettings& camera) {
   return replay != nullptr && !replay->file.empty();
 }
 
+// Whether blobs arrive from the camera instead of images.
+bool delivers_blobs(const cameras::CameraSettings& camera) {
+  return plays_take(camera) || camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
+}
+
+void deliver_blobs(std::unique_ptr<BlobCamera> camera, runtime::CameraParts& into) {
+  into.make_detector = [camera = camera.get()](const Image&) { return detect::make_delivered_detector(*camera); };
+  into.tracker = detect::make_delivered_tracker();
+  into.camera = std::move(camera);
+}
+
 // Opens the camera with its detector and its 2D tracker.
 Status open_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch, runtime::CameraParts& into) {
   const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
   if (plays_take(wanted)) {
     const auto* replay = wanted.driver.as<cameras::ReplaySettings>();
     auto camera = take::make_take_camera(id, wanted.name, {replay->file, replay->speed, replay->loop});
-    into.make_detector = [camera = camera.get()](const Image&) { return take::make_take_detector(*camera); };
-    into.tracker = take::make_take_tracker();
-    into.camera = std::move(camera);
+    deliver_blobs(std::move(camera), into);
+    return {};
+  }
+  if (const auto* node = wanted.driver.as<cameras::NodeCameraSettings>()) {
+    Result<std::unique_ptr<BlobCamera>> camera = cameras::make_node_camera(
+        id, wanted.name, *node, {.counters = into.stream.get(), .window = settings.pipeline.align.window});
+    if (!camera) return camera.error();
+    deliver_blobs(std::move(*camera), into);
     return {};
   }
   Result<std::unique_ptr<Camera>> camera = cameras::open_camera(
@@ -230,6 +267,7 @@ Description describe(const settings::DaemonSettings& settings, std::string sessi
 }
 
 fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
+  if (settings.node.on()) return fusion::make_idle_parts();
   fusion::FusionParts row;
   const Rig rig = associate::with_blind_models(settings.rig);
   row.matcher = associate::without_uncalibrated_views(associate::make_matcher(settings.match, rig), settings.rig);
@@ -311,6 +349,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   if (!trigger) return trigger.error();
   made.parts.trigger = std::move(*trigger);
   made.parts.timecode = make_timecode(settings);
+  Result<std::unique_ptr<NodeServer>> node = open_node(settings);
+  if (!node) return node.error();
+  made.parts.node = std::move(*node);
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
 }
@@ -319,8 +360,8 @@ runtime::CameraStep step_of(const settings::DaemonSettings& before, const settin
   if (!settings::same_device(before, now, id)) return runtime::CameraStep::Replace;
   if (before.pipeline.camera_queue_frames != now.pipeline.camera_queue_frames) return runtime::CameraStep::Replace;
   if (settings::same_processing(before, now, id)) return runtime::CameraStep::Continue;
-  // The detector of a take belongs to its camera.
-  return plays_take(now.cameras[id.value]) ? runtime::CameraStep::Replace : runtime::CameraStep::Refresh;
+  // The detector of delivered blobs belongs to its camera.
+  return delivers_blobs(now.cameras[id.value]) ? runtime::CameraStep::Replace : runtime::CameraStep::Refresh;
 }
 
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {

@@ -30,6 +30,7 @@
 #include "settings/daemon_settings.h"
 #include "settings/example_config.h"
 #include "settings/machine_checks.h"
+#include "settings/same_settings.h"
 #include "settings/state_folder.h"
 #include "settings/subject/shape_checks.h"
 
@@ -222,9 +223,16 @@ void log_change(const runtime::PipelineChange& change) {
 
 enum class Outcome {
   Runs,      ///< with the new settings, or with those that it had
-  Restarts,  ///< a replay and a live run have different clocks: nothing continues
+  Restarts,  ///< as must_restart
   Fails,     ///< a part could not be opened
 };
+
+// Whether nothing of the pipeline can continue: the run has another clock, or its node another port or other keys.
+bool must_restart(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
+  const bool is_node = before.node.on() || now.node.on();
+  return is_replay(before) != is_replay(now) ||
+         (is_node && !(settings::same_section(before, now, "node") && settings::same_section(before, now, "security")));
+}
 
 // Executes a request to change the configuration, and answers it.
 Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration, const ChangeRequest& request,
@@ -235,7 +243,7 @@ Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration
   bool restarts = false;
   if (auto wanted = reload(configuration, request.order, answer)) {
     before = std::exchange(configuration.settings, std::move(wanted));
-    restarts = is_replay(*before) != is_replay(*configuration.settings);
+    restarts = must_restart(*before, *configuration.settings);
     make_record_folders(configuration);
     if (!restarts) {
       Result<runtime::PipelineChange> made = assemble_change(*before, *configuration.settings, pipeline, epoch);

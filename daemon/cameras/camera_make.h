@@ -10,6 +10,7 @@
 
 #include "base/key_visitor.h"
 #include "base/result.h"
+#include "base/time.h"
 #include "cameras/camera_settings.h"
 #include "model/camera_model.h"
 #include "model/ids.h"
@@ -24,6 +25,8 @@ struct CameraSurroundings {
   const Rig* rig = nullptr;               ///< gives a simulated camera its lens and pose (the entry of its name)
   const MarkerSet* marker_set = nullptr;  ///< of the subject that a simulated camera sees
   StreamCounters* counters = nullptr;     ///< written by makes that count lost packets and images
+  /// Exposures of one set differ by at most this time: images whose times are less certain are refused.
+  Duration window = std::chrono::microseconds(500);
 };
 
 /// One feature of a camera, with its current value.

@@ -8,6 +8,7 @@
 #include "cameras/aravis/aravis_camera.h"
 #include "cameras/aravis/aravis_describe.h"
 #include "cameras/aravis/aravis_discovery.h"
+#include "cameras/node/node_camera.h"
 #include "cameras/replay/replay_camera.h"
 #include "cameras/synthetic/synthetic_camera.h"
 #include "cameras/tcp/tcp_camera.h"
@@ -25,6 +26,7 @@ constexpr CameraMake kMakes[] = {
     make_with<ReplaySettings, open_replay_camera, kNotDiscoverable>(),
     make_with<SyntheticSettings, open_synthetic_camera, kNotDiscoverable>(),
     make_with<TcpSettings, open_tcp_camera, kNotDiscoverable>(),
+    make_with<NodeCameraSettings, open_node_camera, kNotDiscoverable>(),
 };
 
 }  // namespace

@@ -43,6 +43,9 @@ class Camera {
     return Error{ErrorCode::Unsupported, "its driver cannot change exposure or gain while it runs"};
   }
 
+  /// Whether the images have pixels; without them no mask can be learned here.
+  virtual bool has_pixels() const { return true; }
+
   /// Ends delivery. Does nothing if already stopped.
   virtual void stop() noexcept = 0;
 };

@@ -49,6 +49,10 @@ void CameraWorker::follow(const CameraOrder& order) {
       words = "set until the daemon is restarted";
       break;
     case CameraAction::LearnMask:
+      if (!parts_.camera->has_pixels()) {
+        static_cast<void>(channel_.masks.try_push({.order = order.number, .polygons = {}, .has_pixels = false}));
+        return;
+      }
       mask_order_ = order;  // learn_mask() sends the answer
       learner_.reset();
       return;

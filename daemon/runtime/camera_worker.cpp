@@ -162,6 +162,7 @@ Status CameraWorker::process(const Frame& frame, const std::stop_token& stop) {
   seen_.detected_at = settings_.lossless ? frame.received_at : host_now();
   record(stop);
   keep_for_take();
+  pass_to_node(stop);
   push(stop);
   offer_preview(frame);
   offer_calibration(frame.image);
@@ -192,6 +193,8 @@ Status CameraWorker::prepare_for(const Image& image) {
   detector_ = std::move(*made);
   detector_made_for_ = image;
   detector_made_for_.bytes = {};
+  channel_.height_px.store(static_cast<std::uint32_t>(image.height_px), std::memory_order_relaxed);
+  channel_.width_px.store(static_cast<std::uint32_t>(image.width_px), std::memory_order_release);
   return {};
 }
 
@@ -236,6 +239,22 @@ void CameraWorker::keep_for_take() {
   if (channel_.wake_take == nullptr) return;
   if (!channel_.to_take->try_push(seen_)) return channel_.counters.dropped_take_full.add();
   channel_.wake_take->signal();
+}
+
+// A recording waits for its host. A pause does not: there may be no host.
+void CameraWorker::pass_to_node(const std::stop_token& stop) {
+  if (channel_.wake_node == nullptr) return;
+  for (;;) {
+    const WakeSignal::Ticket ticket = channel_.node_room.ticket();
+    if (channel_.to_node->try_push(seen_)) break;
+    if (!settings_.lossless) {
+      channel_.counters.dropped_queue_full.add();
+      return;
+    }
+    if (stop.stop_requested()) return;
+    channel_.node_room.wait(ticket, kStopCheckPeriod);
+  }
+  channel_.wake_node->signal();
 }
 
 void CameraWorker::offer_preview(const Frame& frame) {

@@ -10,6 +10,7 @@
 
 #include "base/bounded_vector.h"
 #include "base/spsc_queue.h"
+#include "base/wake_descriptor.h"
 #include "base/wake_signal.h"
 #include "detect/mask_learner.h"
 #include "model/blob.h"
@@ -70,10 +71,15 @@ struct CameraChannel {
   std::atomic<Delivery> delivery{Delivery::NotYet};  ///< set by the camera's thread, after its frames were pushed
   WakeSignal room;                                   ///< signalled by the fusion thread when it removed frames
   WakeSignal& wake_fusion;
-  WakeSignal record_room;               ///< signalled by the blob recorder when it removed frames
-  WakeSignal* wake_recorder = nullptr;  ///< null: blobs are not recorded
-  WakeSignal* wake_take = nullptr;      ///< null: no takes are recorded
-  PreviewSlot preview;                  ///< to the preview thread
+  WakeSignal record_room;                         ///< signalled by the blob recorder when it removed frames
+  WakeSignal* wake_recorder = nullptr;            ///< null: blobs are not recorded
+  WakeSignal* wake_take = nullptr;                ///< null: no takes are recorded
+  std::unique_ptr<SpscQueue<BlobFrame>> to_node;  ///< to the node thread; unused without wake_node
+  WakeSignal node_room;                           ///< signalled by the node thread when it removed frames
+  WakeDescriptor* wake_node = nullptr;            ///< null: this daemon is no node
+  std::atomic<std::uint32_t> width_px{0};         ///< of the images, for the node thread; 0: none came yet
+  std::atomic<std::uint32_t> height_px{0};
+  PreviewSlot preview;                                           ///< to the preview thread
   SpscQueue<CalibrationImage> to_calibrate{kCalibrationImages};  ///< to the calibration thread, while `calibrating`
   std::atomic<bool> calibrating{false};                          ///< set by the calibration thread
   WakeSignal* wake_preview = nullptr;                            ///< null: no previews are made
@@ -111,6 +117,7 @@ class CameraWorker : public Pausable {
   void push(const std::stop_token& stop);
   void record(const std::stop_token& stop);
   void keep_for_take();
+  void pass_to_node(const std::stop_token& stop);
   void offer_preview(const Frame& frame);
   void offer_calibration(const Image& image);
   CameraPhase phase_after(const Error& error) const;

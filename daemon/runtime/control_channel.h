@@ -53,6 +53,7 @@ struct MaskLearnt {
   std::vector<MaskPolygon> polygons;
   std::size_t moved = 0;  ///< bright regions that moved and are therefore not masked
   double covered_share = 0.0;
+  bool has_pixels = true;  ///< false: the camera delivers blobs alone, and nothing was learned
 };
 
 /// From the control thread to the main thread: reload the configuration, after an optional change of it or of the rig.

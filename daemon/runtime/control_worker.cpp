@@ -307,6 +307,12 @@ ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std
       here = received();
     }
     if (!here) return not_answered(fmt::format("camera '{}'", name));
+    if (!learnt.has_pixels) {
+      return failure(ControlCode::Unsupported,
+                     fmt::format("camera '{}' delivers blobs without pixels; learn its mask on its node (mocapctl "
+                                 "--endpoint NODE mask learn), or name another camera",
+                                 name));
+    }
     if (learnt.covered_share > kMostCovered) {
       return failure(ControlCode::Failed,
                      fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "

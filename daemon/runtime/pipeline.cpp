@@ -28,6 +28,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
       to_publish_(std::make_unique<SnapshotChannel>(at_least_one(settings_.publish_queue_snapshots))) {
   MOCAP_EXPECTS(!parts.cameras.empty() && parts.cameras.size() <= kMaxCameras);
   MOCAP_EXPECTS(description_.cameras.size() == parts.cameras.size());
+  if (parts.node) node_worker_ = std::make_unique<NodeWorker>(std::move(parts.node), settings_.lossless);
   for (CameraParts& camera : parts.cameras) {
     CameraUnit& unit = cameras_.emplace_back();
     unit.channel = make_channel();
@@ -35,6 +36,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
         std::make_unique<CameraWorker>(std::move(camera), camera_settings(cameras_.size() - 1), *unit.channel);
     set_recording(*unit.channel);
   }
+  if (node_worker_) node_worker_->change(borrow_channels(), description_);
   set_takes(std::move(parts.takes));
   set_trigger(std::move(parts.trigger));
   start_timecode(std::move(parts.timecode));
@@ -68,6 +70,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   start_takes();
   start_explain();
   start_previews();
+  start_node();
   start_publish();
   start_fusion();
   for (std::size_t i = 0; i < cameras_.size(); ++i) start_camera(i);
@@ -200,6 +203,23 @@ void Pipeline::start_previews() {
     name_this_thread("mocap-preview");
     preview_worker_->run(token);
   });
+}
+
+void Pipeline::start_node() {
+  if (!node_worker_) return;
+  node_worker_->resume();
+  node_thread_ = std::jthread([this](const std::stop_token& token) {
+    name_this_thread("mocap-node");
+    node_worker_->run(token);
+  });
+}
+
+void Pipeline::pause_node() {
+  if (!node_worker_) return;
+  node_worker_->pause();
+  node_thread_.request_stop();
+  node_worker_->wake();
+  if (node_thread_.joinable()) node_thread_.join();
 }
 
 // Call while the threads of control and calibration do not run.
@@ -349,6 +369,7 @@ void Pipeline::stop() {
   fusion_thread_.request_stop();
   wake_fusion_.signal();
   if (fusion_thread_.joinable()) fusion_thread_.join();
+  pause_node();
   stop_take_intake();
   stop_take_disk();
   if (take_worker_) {

@@ -11,6 +11,7 @@
 #include "model/handover.h"
 #include "module/blob_writer.h"
 #include "module/control_server.h"
+#include "module/node_server.h"
 #include "module/preview_encoder.h"
 #include "module/publisher.h"
 #include "module/search_explainer.h"
@@ -24,6 +25,7 @@
 #include "runtime/control_worker.h"
 #include "runtime/explain_worker.h"
 #include "runtime/fusion_worker.h"
+#include "runtime/node_worker.h"
 #include "runtime/preview_worker.h"
 #include "runtime/publish_worker.h"
 #include "runtime/runtime_settings.h"
@@ -48,6 +50,7 @@ struct PipelineParts {
   std::unique_ptr<TriggerParts> trigger = {};            ///< none: takes have no remote triggers
   std::unique_ptr<TimecodeSource> timecode = {};         ///< none: snapshots have no timecode
   std::unique_ptr<PreviewEncoder> preview_encoder = {};  ///< none: no previews are made
+  std::unique_ptr<NodeServer> node = {};                 ///< none: this daemon is no node; continues in a change
   std::unique_ptr<RigCalibrator> calibrator = {};        ///< none: nothing is calibrated
 };
 
@@ -106,8 +109,11 @@ class Pipeline {
   /// needs it. Fails if a part cannot be opened; then the pipeline must be stopped.
   Status change(PipelineChange change);
 
-  /// Returns whether a finite run has ended: every camera ended and every snapshot was sent.
-  bool finished() const noexcept { return publish_ended_.load(std::memory_order_acquire); }
+  /// Returns whether a finite run has ended: every camera ended, every snapshot was sent, and
+  /// the hosts of a node have every image.
+  bool finished() const noexcept {
+    return publish_ended_.load(std::memory_order_acquire) && (!node_worker_ || node_worker_->ended());
+  }
 
   /// Returns whether, since the last call, the fusion, publish and side threads iterated their loops and images led to
   /// frame sets. For the watchdog.
@@ -164,6 +170,8 @@ class Pipeline {
   void set_explainer(std::unique_ptr<SearchExplainer> explainer);
   void pause_explain();
   void start_previews();
+  void start_node();
+  void pause_node();
   void set_calibrator(std::unique_ptr<RigCalibrator> calibrator);
   void start_calibration();
   void stop_calibration();
@@ -224,6 +232,7 @@ class Pipeline {
   std::unique_ptr<CalibrationChannel> calibration_;  // null: nothing is calibrated
   std::unique_ptr<CalibrationWorker> calibration_worker_;
   std::unique_ptr<PreviewWorker> preview_worker_;       // null: no previews are made
+  std::unique_ptr<NodeWorker> node_worker_;             // null: this daemon is no node
   std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished
   std::unique_ptr<TakeWorker> ended_takes_;             // to be finished
   std::vector<CameraUnit> cameras_;                     // by CameraId
@@ -242,6 +251,7 @@ class Pipeline {
   std::jthread trigger_thread_;
   std::jthread timecode_thread_;
   std::jthread preview_thread_;
+  std::jthread node_thread_;
   std::jthread calibration_thread_;
 };
 

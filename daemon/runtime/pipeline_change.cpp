@@ -31,6 +31,7 @@ Status Pipeline::change(PipelineChange change) {
   std::unique_ptr<BlobRecorder> ended_recorder = pause_recorder(change);
   pause_explain();
   pause_previews();
+  pause_node();
   pause_row();
   Status changed = change_control(change.open_control);
   change_row(change);
@@ -41,6 +42,7 @@ Status Pipeline::change(PipelineChange change) {
   start_takes();
   start_explain();
   start_previews();
+  start_node();
   start_calibration();
   if (changed) start_publish();
   start_fusion();
@@ -131,6 +133,10 @@ void Pipeline::set_recording(CameraChannel& channel) {
     channel.to_take = std::make_unique<SpscQueue<BlobFrame>>(std::max<std::size_t>(settings_.record_queue_frames, 1));
   }
   channel.wake_take = records_takes_ ? &wake_take_ : nullptr;
+  if (node_worker_ && channel.to_node == nullptr) {
+    channel.to_node = std::make_unique<SpscQueue<BlobFrame>>(std::max<std::size_t>(settings_.camera_queue_frames, 1));
+  }
+  channel.wake_node = node_worker_ ? &node_worker_->wake_descriptor() : nullptr;
 }
 
 // Ends the recorder, whose progress the publish thread still reads, or pauses it to give it the new channels.
@@ -200,6 +206,7 @@ void Pipeline::change_row(PipelineChange& change) {
   change_takes(change);
   set_explainer(std::move(change.explainer));
   if (preview_worker_) preview_worker_->change(borrow_channels());
+  if (node_worker_) node_worker_->change(borrow_channels(), description_);
   set_calibrator(std::move(change.calibrator));
   fusion_worker_->change(
       {settings_.align, std::move(change.fusion), std::move(change.handover), settings_.fusion, fusion_links()});

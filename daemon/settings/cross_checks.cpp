@@ -127,6 +127,9 @@ void check_together(DaemonTables& tables, const DaemonSettings& settings) {
   for (const Section& section : sections()) {
     if (section.faults != nullptr) tables.section(section.name).add(section.faults(settings));
   }
+  if (settings.node.on() && !settings.subjects.empty()) {
+    tables.subjects[0].fault("a node has no [[subject]]: the fusion host solves the skeletons; move it there");
+  }
   check_cameras_differ(tables, settings);
   expect_different(settings.subjects, tables.subjects, "name",
                    [](const SubjectSettings& subject) { return subject.name; });

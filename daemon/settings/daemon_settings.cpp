@@ -366,7 +366,7 @@ Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path&
   DaemonTables tables = read_tables(*file, added ? &*added : nullptr, state, settings);
   use_state_rig(state, settings);
   check_together(tables, settings);
-  if (need == RigNeed::Whole) {
+  if (need == RigNeed::Whole && !settings.node.on()) {
     load_whole_rig(*file, tables, settings);
   } else {
     load_rig_as_found(*file, settings);

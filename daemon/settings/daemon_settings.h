@@ -68,6 +68,7 @@ struct DaemonSettings {
   drift::DriftSettings drift;
   wire::PublisherSettings publish;
   wire::ControlSettings control;
+  wire::NodeSettings node;
   take::RecordSettings record;
   take::TakesSettings takes;
   trigger::TriggerSettings trigger;

@@ -35,10 +35,11 @@ void declare_publish(KeyVisitor& keys, DaemonSettings& all) {
   declare_publish_keys(keys, all.pipeline);
 }
 
-// The feed and the control endpoint authenticate by the same keys.
+// The feed, the control endpoint and the node authenticate by the same keys.
 void declare_security(KeyVisitor& keys, DaemonSettings& all) {
   declare_keys(keys, all.publish.curve);
   all.control.curve = all.publish.curve;
+  all.node.curve = all.publish.curve;
 }
 
 std::vector<KeyFault> security_faults(const DaemonSettings& all) { return faults_of(all.publish.curve); }
@@ -70,8 +71,10 @@ constexpr Section kSections[] = {
     {"publish", "the feed, over ZeroMQ", declare_publish, faults<&All::publish>, "output"},
     {"control", "requests of mocapctl to the running daemon, over ZeroMQ", declare<&All::control>,
      faults<&All::control>},
-    {"security", "who may connect to [publish] and [control]: CURVE keys, see mocapctl keys --help", declare_security,
-     security_faults},
+    {"node", "this daemon is a node: it needs no rig, and sends the blobs of its cameras to a fusion host",
+     declare<&All::node>, faults<&All::node>},
+    {"security", "who may connect to [publish], [control] and [node]: CURVE keys, see mocapctl keys --help",
+     declare_security, security_faults},
     {"record", "recordings of the run; relative names are in the state folder of the service (/var/lib/mocapd)",
      declare<&All::record>, faults<&All::record>},
     {"takes",

@@ -61,16 +61,23 @@ void FrameAligner::rejoin(CameraId camera) {
   queue.missed_in_row = 0;
   queue.last = Timestamp::min();
   queue.repeated_in_row = 0;
-  while (queue.size > 0) queue.pop();
+  clear(queue);
   watch_.forget(camera);
+}
+
+void FrameAligner::clear(CameraQueue& queue) {
+  counts_.cleared += queue.size;
+  while (queue.size > 0) queue.pop();
 }
 
 void FrameAligner::add(const BlobFrame& frame) {
   CameraQueue& queue = queue_of(frame.camera);
   if (frame.exposed_at <= queue.last) {
-    ++counts_.repeated;
-    if (++queue.repeated_in_row < kPending) return;
-    while (queue.size > 0) queue.pop();
+    if (++queue.repeated_in_row < kPending) {
+      ++counts_.repeated;
+      return;
+    }
+    clear(queue);
   }
   queue.repeated_in_row = 0;
   queue.last = frame.exposed_at;

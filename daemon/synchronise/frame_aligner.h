@@ -20,6 +20,7 @@ struct AlignCounts {
   std::uint64_t late = 0;      ///< frames that arrived after their set was returned
   std::uint64_t repeated = 0;  ///< frames that were exposed no later than the camera's previous frame
   std::uint64_t overflow = 0;  ///< frames dropped because the camera's queue was full
+  std::uint64_t cleared = 0;   ///< frames that waited when their camera was started again or its clock was set back
 };
 
 /// Offset of one camera's exposures from the mean exposure of its sets; positive: later than the mean.
@@ -116,6 +117,7 @@ class FrameAligner {
     }
   };
 
+  void clear(CameraQueue& queue);
   const CameraQueue& queue_of(CameraId camera) const;
   CameraQueue& queue_of(CameraId camera);
   std::optional<Timestamp> first_exposure() const;

@@ -16,7 +16,7 @@
 namespace mocap::take {
 namespace {
 
-class PlayedCamera : public TakeCamera {
+class PlayedCamera : public BlobCamera {
  public:
   PlayedCamera(CameraId id, std::string name, TakeCameraSettings settings)
       : id_(id), name_(std::move(name)), settings_(std::move(settings)) {}
@@ -153,34 +153,10 @@ Result<Frame> PlayedCamera::next(Duration patience) {
   return frame;
 }
 
-class TakeDetector : public Detector {
- public:
-  explicit TakeDetector(const TakeCamera& camera) : camera_(camera) {}
-  Detection detect(const Image& /*image*/) override {
-    Detection detection;
-    detection.blobs = camera_.blobs();
-    return detection;
-  }
-
- private:
-  const TakeCamera& camera_;
-};
-
-class TakeTracker : public BlobTracker {
- public:
-  void track(BlobFrame& /*frame*/) override {}
-};
-
 }  // namespace
 
-std::unique_ptr<TakeCamera> make_take_camera(CameraId id, std::string name, TakeCameraSettings settings) {
+std::unique_ptr<BlobCamera> make_take_camera(CameraId id, std::string name, TakeCameraSettings settings) {
   return std::make_unique<PlayedCamera>(id, std::move(name), std::move(settings));
 }
-
-std::unique_ptr<Detector> make_take_detector(const TakeCamera& camera) {
-  return std::make_unique<TakeDetector>(camera);
-}
-
-std::unique_ptr<BlobTracker> make_take_tracker() { return std::make_unique<TakeTracker>(); }
 
 }  // namespace mocap::take

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "mocap/v1/health.pb.h"
-#include "take/camera_blobs.h"
 #include "take/take_writer.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/decode.h"
 
 namespace mocap::take {
@@ -76,7 +76,7 @@ Result<v1::Event> event_of(const TakeRecord& record) { return parse<v1::Event>(r
 Result<BlobFrame> blobs_of(const TakeRecord& record) {
   const Result<v1::CameraBlobs> message = parse<v1::CameraBlobs>(record, "image of blobs");
   if (!message) return message.error();
-  return decode(*message);
+  return wire::decode(*message);
 }
 
 Result<TakeReader> TakeReader::open(const std::filesystem::path& path) {

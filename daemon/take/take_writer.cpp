@@ -6,8 +6,8 @@
 #include "mocap/v1/event.pb.h"
 #include "mocap/v1/health.pb.h"
 #include "mocap/v1/take.pb.h"
-#include "take/camera_blobs.h"
 #include "take/take_schemas.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {
@@ -116,7 +116,7 @@ Status TakeWriter::append(const Snapshot& snapshot) {
 
 Status TakeWriter::append(const BlobFrame& frame) {
   MOCAP_EXPECTS(frame.camera.value < blob_channels_.size());
-  encode(frame, messages_->blobs);
+  wire::encode(frame, messages_->blobs);
   messages_->blobs.SerializeToString(&messages_->bytes);
   return append_to(blob_channels_[frame.camera.value], frame.exposed_at, messages_->bytes);
 }

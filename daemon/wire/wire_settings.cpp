@@ -59,6 +59,18 @@ void declare_keys(KeyVisitor& keys, ControlSettings& control) {
                     {.help = "rights of every client if [security] authenticates no clients; viewer: no changes"});
 }
 
+void declare_keys(KeyVisitor& keys, NodeSettings& node) {
+  keys.text(
+      "endpoint", node.endpoint,
+      {.help = "where fusion hosts fetch the blobs: tcp://ADDRESS:PORT or ipc://PATH; \"\": this daemon is no node",
+       .example = "tcp://127.0.0.1:5575"});
+  keys.texts("more_endpoints", node.more_endpoints, {.help = "further endpoints"});
+  keys.text("name", node.name, {.help = "in the health report of the fusion host; \"\": the host name"});
+  keys.flag("allow_remote", node.allow_remote, {.help = "as in [publish]"});
+  keys.number("send_queue", node.send_queue, {2, 1000},
+              {.help = "images of one camera that wait for a slow fusion host; further ones are lost and counted"});
+}
+
 std::vector<KeyFault> faults_of(const CurveSettings& curve) {
   if (curve.on() != curve.allowed.empty()) return {};
   return {{curve.on() ? "server_key" : "allowed_keys",
@@ -71,6 +83,10 @@ std::vector<KeyFault> faults_of(const PublisherSettings& feed) { return endpoint
 std::vector<KeyFault> faults_of(const ControlSettings& control) {
   if (control.endpoint.empty() || control.endpoint == "none") return {};
   return endpoint_faults(control);
+}
+
+std::vector<KeyFault> faults_of(const NodeSettings& node) {
+  return node.on() ? endpoint_faults(node) : std::vector<KeyFault>{};
 }
 
 }  // namespace mocap::wire

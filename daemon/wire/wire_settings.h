@@ -39,14 +39,28 @@ struct ControlSettings {
   Role role_without_keys = Role::Operator;
 };
 
+/// [node]: this daemon sends the blobs of its cameras to a fusion host. Help: the table in wire_settings.cpp.
+struct NodeSettings {
+  std::string name;      ///< empty: the host name
+  std::string endpoint;  ///< empty: this daemon is no node
+  std::vector<std::string> more_endpoints = {};
+  bool allow_remote = false;
+  CurveSettings curve = {};
+  int send_queue = 32;
+
+  bool on() const { return !endpoint.empty(); }
+};
+
 void declare_keys(KeyVisitor& keys, CurveSettings& curve);
 void declare_keys(KeyVisitor& keys, PublisherSettings& feed);
 void declare_keys(KeyVisitor& keys, ControlSettings& control);
+void declare_keys(KeyVisitor& keys, NodeSettings& node);
 
 /// Returns the faults that concern several keys.
 std::vector<KeyFault> faults_of(const CurveSettings& curve);
 /// The member `curve` must be a copy of [security].
 std::vector<KeyFault> faults_of(const PublisherSettings& feed);
 std::vector<KeyFault> faults_of(const ControlSettings& control);
+std::vector<KeyFault> faults_of(const NodeSettings& node);
 
 }  // namespace mocap::wire

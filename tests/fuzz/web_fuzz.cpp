@@ -67,10 +67,17 @@ constexpr const char* kHandshake =
     "GET /ws HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: mocap.v1\r\n\r\n";
 
+constexpr const char* kFoxgloveHandshake =
+    "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n";
+
 const char* page_text(Random& random) {
-  return one_of(random, {"{\"subscribe\":[\"snapshot\",\"health\",\"preview/a\"]}", "{\"drawn\":1}",
-                         "{\"request\":{\"id\":1,\"method\":\"none\"}}",
-                         "{\"request\":{\"id\":2,\"method\":\"take\",\"params\":{\"a\":[{\"b\":[]}]}}}", "[]"});
+  return one_of(
+      random,
+      {"{\"op\":\"subscribe\",\"subscriptions\":[{\"id\":1,\"channelId\":1},{\"id\":2,\"channelId\":3}]}",
+       "{\"op\":\"unsubscribe\",\"subscriptionIds\":[1]}", "{\"subscribe\":[\"snapshot\",\"health\",\"preview/a\"]}",
+       "{\"drawn\":1}", "{\"request\":{\"id\":1,\"method\":\"none\"}}",
+       "{\"request\":{\"id\":2,\"method\":\"take\",\"params\":{\"a\":[{\"b\":[]}]}}}", "[]"});
 }
 
 // Frames of RFC 6455 with the mask 0, so that the payload is readable.
@@ -141,10 +148,11 @@ int main(int argc, char** argv) {
   const auto port = static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
   std::jthread serving([&] { (*server)->run(); });
   for (std::uint64_t tries = 0; tries < arguments.count; ++tries) {
-    switch (below(random, 4)) {
+    switch (below(random, 5)) {
       case 0: exchange(port, damaged(random, request(random)), ""); break;
       case 1: exchange(port, damaged(random, kHandshake) + frames(random), ""); break;
       case 2: exchange(port, kHandshake, damaged(random, frames(random))); break;
+      case 3: exchange(port, kFoxgloveHandshake, damaged(random, frames(random))); break;
       default: read_directly(random);
     }
   }

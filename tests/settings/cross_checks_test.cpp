@@ -77,6 +77,19 @@ TEST_F(CrossChecks, TakeOneSerialNumberOfTwoMakes) {
   EXPECT_THAT(faults(), IsEmpty());
 }
 
+TEST_F(CrossChecks, RefuseSubjectsOfANode) {
+  add("west", video("A"));
+  text_ += "[[subject]]\nname = \"anna\"\n";
+  settings_.subjects.push_back({.name = "anna", .marker_set_file = {}, .file = {}, .keep = {}});
+  settings_.node.endpoint = "tcp://127.0.0.1:5575";
+  open();
+  tables_->subjects = tables_->root.tables("subject", "subject");
+
+  check_together(*tables_, settings_);
+
+  EXPECT_THAT(faults(), ElementsAre(HasSubstr("a node has no [[subject]]: the fusion host solves the skeletons")));
+}
+
 TEST_F(CrossChecks, CheckTheRulesOfEverySection) {
   add("west", video("A"));
   settings_.detect.min_area_px2 = 9000.0;

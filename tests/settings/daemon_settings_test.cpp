@@ -146,21 +146,22 @@ driver = "aravis"
 )");
 
   const std::string file = (folder_.path() / "daemon.toml").string();
-  EXPECT_EQ(faults,
-            file + ":3:2: unknown key 'algin', did you mean 'align'?\n" +                                      //
-                file + ":6:1: align: unknown key 'windw_us', did you mean 'window_us'?\n" +                    //
-                file + ":7:15: align: patience_us is 'soon', expected a number, 0 to 10000000\n" +             //
-                file + ":8:1: camera 'east': marker_set is missing, expected a file of config/markersets\n" +  //
-                file + ":12:15: camera 'east': exposure_us is 0, expected 1 to 1000000\n" +                    //
-                file + ":14:8: camera 'weft': is not in the rig " + (folder_.path() / "rig.toml").string() +   //
-                ", did you mean 'west'?\n" +                                                                   //
-                file +
-                ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic, tcp; "  //
-                "did you mean 'v4l2'?\n" +                                                                        //
-                file +
-                ":16:1: camera 'east': 0 of serial, device_name, address and mac are set, expected exactly one\n" +  //
-                file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +         //
-                file + ": 9 faults, nothing started");
+  EXPECT_EQ(
+      faults,
+      file + ":3:2: unknown key 'algin', did you mean 'align'?\n" +                                      //
+          file + ":6:1: align: unknown key 'windw_us', did you mean 'window_us'?\n" +                    //
+          file + ":7:15: align: patience_us is 'soon', expected a number, 0 to 10000000\n" +             //
+          file + ":8:1: camera 'east': marker_set is missing, expected a file of config/markersets\n" +  //
+          file + ":12:15: camera 'east': exposure_us is 0, expected 1 to 1000000\n" +                    //
+          file + ":14:8: camera 'weft': is not in the rig " + (folder_.path() / "rig.toml").string() +   //
+          ", did you mean 'west'?\n" +                                                                   //
+          file +
+          ":15:10: camera 'weft': driver is 'v4l', expected one of aravis, v4l2, replay, synthetic, tcp, node; "  //
+          "did you mean 'v4l2'?\n" +                                                                              //
+          file +
+          ":16:1: camera 'east': 0 of serial, device_name, address and mac are set, expected exactly one\n" +  //
+          file + ":17:8: camera 'east': name 'east' is there twice, expected a different one each\n" +         //
+          file + ": 9 faults, nothing started");
 }
 
 TEST_F(Configuration, IsRefusedIfItIsAnotherKindOfFile) {

@@ -96,6 +96,28 @@ TEST(FrameAligner, DropsAndCountsARepeatedFrame) {
   EXPECT_EQ(aligner.counts().repeated, 2u);
 }
 
+// Seed 9 of mocap-chaos: an image waited while its camera was unplugged and back.
+TEST(FrameAligner, CountsTheFramesThatWaitWhenTheirCameraIsStartedAgain) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 1000));
+  aligner.add(seen_by(0, 9000));
+
+  aligner.finish(CameraId{0});
+  aligner.rejoin(CameraId{0});
+
+  EXPECT_EQ(aligner.counts().cleared, 2u);
+}
+
+TEST(FrameAligner, CountsEachFrameOnceWhenAClockIsSetBack) {
+  FrameAligner aligner(kSettings, 2);
+  aligner.add(seen_by(0, 900'000));  // waits for camera 1, and is dropped with the new time
+
+  for (int i = 0; i < 8; ++i) aligner.add(seen_by(0, 1000 + i * 8000));
+
+  EXPECT_EQ(aligner.counts().repeated, 7u);
+  EXPECT_EQ(aligner.counts().cleared, 1u);
+}
+
 TEST(FrameAligner, AcceptsACameraAgainAfterAClockJump) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(1, 1'000'000'000));  // a wrong time stamp

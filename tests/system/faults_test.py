@@ -8,6 +8,7 @@ import subprocess
 import time
 import unittest
 
+from cable import THERE, other_network
 from harness import BIN, SOURCE, Desk
 
 CONFIG = """
@@ -246,7 +247,7 @@ class UsbController(unittest.TestCase):
 
         self.assertEqual(asked.returncode, 0, asked.stderr)
         self.assertIn("usb2 of controller 0000:00:14.0 gives 400 MB/s, shared by A", shared.stdout)
-        self.assertIn("cameras with driver replay, synthetic, tcp; they cannot be discovered", shared.stdout)
+        self.assertIn("cameras with driver replay, synthetic, tcp, node; they cannot be discovered", shared.stdout)
         # Each camera sends 640 x 480 pixels of one byte, 700 times a second.
         self.assertIn("cameras send 430.1 MB/s (cam1 215.0 + cam2 215.0) of 400 MB/s that it gives; too much",
                       asked.stdout)
@@ -255,39 +256,22 @@ class UsbController(unittest.TestCase):
 class Cable(unittest.TestCase):
     """A camera at the other end of a cable: two network namespaces joined by a veth pair with an MTU of 9000 (jumbo frames)."""
 
-    HERE, THERE = "10.77.0.1", "10.77.0.2"
-
     def setUp(self):
         self.desk = Desk()
         self.addCleanup(self.desk.close)
-        self.other = subprocess.Popen(["unshare", "--net", "sh", "-c", "echo there; exec sleep 600"],
-                                      stdout=subprocess.PIPE, text=True)
-        self.addCleanup(self.other.stdout.close)
-        self.addCleanup(self.other.wait)
-        self.addCleanup(self.other.kill)
-        if self.other.stdout.readline() != "there\n":
-            self.skipTest("the system allows no second network namespace")
-        pid = str(self.other.pid)
-        for words in (f"ip link add host0 mtu 9000 type veth peer name camera0 mtu 9000 netns {pid}",
-                      f"ip addr add {self.HERE}/24 dev host0", "ip link set host0 up",
-                      f"nsenter -t {pid} -n ip addr add {self.THERE}/24 dev camera0",
-                      f"nsenter -t {pid} -n ip link set camera0 up"):
-            done = subprocess.run(words.split(), capture_output=True, text=True)
-            if done.returncode != 0:
-                self.skipTest(f"no virtual cards here: {words}: {done.stderr.strip()}")
-        self.addCleanup(subprocess.run, ["ip", "link", "del", "host0"], check=False)
+        self.other = other_network(self)
 
     def received(self):
         shown = subprocess.run(["ip", "-s", "-j", "link", "show", "host0"], capture_output=True, text=True, check=True)
         return json.loads(shown.stdout)[0]["stats64"]["rx"]
 
     def test_a_camera_on_a_cable_is_received_in_jumbo_frames_by_a_packet_socket_without_loss(self):
-        sim = subprocess.Popen(["nsenter", "-t", str(self.other.pid), "-n", BIN / "mocap-sim", "--serve", "--rig",
+        sim = subprocess.Popen(["nsenter", "-t", self.other, "-n", BIN / "mocap-sim", "--serve", "--rig",
                                 SOURCE / "config/demo.rig.toml", "--fps", "60", "--loop-images", "8", "--only", "1",
-                                "--first-address", self.THERE], stderr=subprocess.DEVNULL)
+                                "--first-address", THERE], stderr=subprocess.DEVNULL)
         self.addCleanup(sim.wait)
         self.addCleanup(sim.terminate)
-        camera = CAMERA.format(number=1, host=0, more="").replace("127.0.0.0", self.THERE).replace(
+        camera = CAMERA.format(number=1, host=0, more="").replace("127.0.0.0", THERE).replace(
             "packet_socket = false\npacket_size_bytes = 8000\n", "").replace("rate_hz = 30", "rate_hz = 60")
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint) + camera
         daemon = self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))

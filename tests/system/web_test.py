@@ -16,6 +16,7 @@ import mocap.v1.preview_pb2 as preview_pb2  # fake_feed has set the path
 from websocket_client import BINARY, PING, TEXT, WebSocket, frame, trust
 
 LIMIT_S = 120
+FOXGLOVE_LIBRARY = SOURCE / "tests" / "web" / "npm" / "node_modules" / "@foxglove" / "ws-protocol"
 
 
 def wait_until(holds, what):
@@ -436,6 +437,36 @@ class Security(WithFakeFeed):
         self.assertEqual(web.post("capture", {"action": "ACTION_STOP"})[0], 403)
 
 
+FOXGLOVE = {"Sec-WebSocket-Protocol": "foxglove.websocket.v1"}
+
+
+class FoxgloveAccess(WithFakeFeed):
+    def test_the_newer_name_of_the_protocol_is_preferred(self):
+        _, web = self.start()
+        client = web.open_page(path="/", headers={"Sec-WebSocket-Protocol": "foxglove.websocket.v1, foxglove.sdk.v1"})
+        self.assertEqual(client.headers["sec-websocket-protocol"], "foxglove.sdk.v1")
+        self.assertEqual(client.receive()["op"], "serverInfo")
+
+    def test_only_listed_sites_may_read(self):
+        _, web = self.start("--origin", "https://App.Foxglove.dev")
+        foreign = {"Origin": "https://app.foxglove.dev", "Sec-Fetch-Site": "cross-site"}
+        self.assertEqual(web.open_page(path="/", headers=FOXGLOVE | foreign).status, 101)
+        self.assertEqual(web.open_page(headers=foreign).status, 403, "the protocol of the page, which can change the daemon")
+        self.assertEqual(web.open_page(headers=FOXGLOVE | {"Origin": "https://evil.example"}).status, 403)
+
+    def test_a_token_is_needed_where_there_are_tokens(self):
+        tokens = self.desk.folder / "web.tokens"
+        token = self.desk.run("mocap-web", "token", tokens, "anna").stdout.strip()
+        _, web = self.start("--tokens", tokens)
+        self.assertEqual(web.open_page(path="/", headers=FOXGLOVE).status, 401)
+        self.assertEqual(web.open_page(path=f"/?token={token}", headers=FOXGLOVE).status, 101)
+
+    def test_an_origin_without_a_scheme_is_refused_at_the_start(self):
+        done = self.desk.run("mocap-web", "--origin", "app.foxglove.dev")
+        self.assertEqual(done.returncode, 64)
+        self.assertIn("expected a site as https://HOST", done.stderr)
+
+
 class WithDaemon(unittest.TestCase):
     def setUp(self):
         self.desk = Desk()
@@ -517,6 +548,28 @@ class WithDaemon(unittest.TestCase):
         self.assertGreater(len(previews[-1].x_px), 5)
         gaps_ns = [later.exposed_at_ns - earlier.exposed_at_ns for earlier, later in zip(previews, previews[1:], strict=False)]
         self.assertGreater(min(gaps_ns), 90e6)
+
+    @unittest.skipUnless(shutil.which("node") and FOXGLOVE_LIBRARY.exists(), "Node.js or tests/web/npm is missing: tools/setup.sh --tests")
+    def test_foxgloves_own_library_reads_bones_scene_cameras_and_images(self):
+        topics = ["/tf", "/scene", "/tf/cameras", "/preview/cam1"]
+        client = SOURCE / "tests" / "web" / "foxglove_client.mjs"
+        done = subprocess.run(["node", client, f"ws://127.0.0.1:{self.web.port}", *topics], capture_output=True, text=True, timeout=LIMIT_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        received = json.loads(done.stdout)
+
+        self.assertLess(abs(int(received["/scene"]["at_ns"]) - time.time_ns()), 60e9, "time is UTC")
+        description = json.loads(self.web.get("/api/v1/description")[2])["description"]
+        subject = description["subjects"][0]["name"]
+        bones = {each["child_frame_id"] for each in received["/tf"]["message"]["transforms"]}
+        self.assertLessEqual(bones, {f"{subject}/{bone['name']}" for bone in description["subjects"][0]["bones"]})
+        cameras = {each["child_frame_id"] for each in received["/tf/cameras"]["message"]["transforms"]}
+        self.assertEqual(cameras, {f"camera/{camera['name']}" for camera in description["cameras"]})
+        entities = {each["id"]: each for each in received["/scene"]["message"]["entities"]}
+        self.assertEqual(set(entities), {subject, "/unlabelled"})
+        self.assertGreater(sum(len(each["spheres"]) for each in entities.values()), 0)
+        image = received["/preview/cam1"]["message"]
+        self.assertEqual((image["format"], image["frame_id"]), ("jpeg", "camera/cam1"))
+        self.assertTrue(image["data"].startswith("/9j/"), "a JPEG")
 
     def test_the_page_has_the_findings_of_preflight(self):
         control = control_of(self.desk.endpoint)

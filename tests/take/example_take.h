@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "support/typical_snapshot.h"
-#include "take/camera_blobs.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {
@@ -108,8 +108,8 @@ inline void record_example(const std::filesystem::path& path, std::uint64_t sets
 
 inline bool is_same(const BlobFrame& a, const BlobFrame& b) {
   v1::CameraBlobs left, right;
-  encode(a, left);
-  encode(b, right);
+  wire::encode(a, left);
+  wire::encode(b, right);
   return left.SerializeAsString() == right.SerializeAsString();
 }
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "detect/delivered_blobs.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 
@@ -17,7 +18,7 @@ class TakeCameraOfAnExample : public ::testing::Test {
   void SetUp() override { ASSERT_NO_FATAL_FAILURE(record_example(path(), 30)); }
 
   std::filesystem::path path() const { return folder_.path() / "walk-3.mcap"; }
-  std::unique_ptr<TakeCamera> camera(const std::string& name, double speed = 0.0, bool loop = false) const {
+  std::unique_ptr<BlobCamera> camera(const std::string& name, double speed = 0.0, bool loop = false) const {
     return make_take_camera(CameraId{5}, name, {.file = path(), .speed = speed, .loop = loop});
   }
 
@@ -26,8 +27,8 @@ class TakeCameraOfAnExample : public ::testing::Test {
 
 TEST_F(TakeCameraOfAnExample, GivesTheRecordedImages) {
   const auto camera = this->camera("camera1");
-  const auto detector = make_take_detector(*camera);
-  const auto tracker = make_take_tracker();
+  const auto detector = detect::make_delivered_detector(*camera);
+  const auto tracker = detect::make_delivered_tracker();
   ASSERT_TRUE(camera->start());
 
   for (std::uint64_t set = 0; set < 30; ++set) {

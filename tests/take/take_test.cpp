@@ -7,12 +7,12 @@
 
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
-#include "take/camera_blobs.h"
 #include "take/example_take.h"
 #include "take/take_edit.h"
 #include "take/take_reader.h"
 #include "take/take_schemas.h"
 #include "take/take_writer.h"
+#include "wire/codec/camera_blobs.h"
 
 namespace mocap::take {
 namespace take_test {
@@ -20,6 +20,7 @@ namespace take_test {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class TakeTest : public ::testing::Test {
  protected:
@@ -178,6 +179,18 @@ TEST_F(TakeTest, AnEditThatIsInterruptedAtAnyByteLosesNoData) {
   }
 }
 
+// A planted defect of tests/tools_chaos: such a take was called whole, because all its data are there.
+TEST_F(TakeTest, FindsATakeThatEndsWithinItsIndexAndRepairsIt) {
+  ASSERT_NO_FATAL_FAILURE(record_example(path(), 30));
+  std::string whole = bytes();
+  whole.resize(whole.size() - 9);
+  write(whole);
+
+  EXPECT_THAT(faults(), Not(IsEmpty()));
+  ASSERT_TRUE(repair_take(path()));
+  EXPECT_THAT(faults(), IsEmpty());
+}
+
 TEST_F(TakeTest, RepairsATakeThatWasCutAtAnyByte) {
   ASSERT_NO_FATAL_FAILURE(record_example(path(), 30));
   const std::string whole = bytes();
@@ -324,13 +337,13 @@ TEST(TakeSchemas, ListImportedFilesFirst) {
 
 TEST(CameraBlobs, RefusesColumnsOfDifferentLengthAndNumbersThatAreNotFinite) {
   v1::CameraBlobs message;
-  encode(example_blobs(0, 3), message);
-  ASSERT_TRUE(decode(message));
+  wire::encode(example_blobs(0, 3), message);
+  ASSERT_TRUE(wire::decode(message));
   message.mutable_sigma_px()->Set(0, std::nan(""));
-  EXPECT_FALSE(decode(message));
+  EXPECT_FALSE(wire::decode(message));
   message.mutable_sigma_px()->Set(0, 0.1);
   message.add_flags(0);
-  EXPECT_FALSE(decode(message));
+  EXPECT_FALSE(wire::decode(message));
 }
 
 TEST(TakeInfo, KeepsUnknownKeysAndWritesUtc) {

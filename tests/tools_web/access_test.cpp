@@ -50,6 +50,23 @@ TEST(Access, RefusesAnOriginThatIsNotTheHost) {
   EXPECT_FALSE(access.refuse_foreign(own));
 }
 
+TEST(Access, PermitsListedSitesToReadTheFeedAndNothingElse) {
+  const Access access({.origins = {"https://app.foxglove.dev"}});
+  HttpRequest request = request_to("127.0.0.1:5580");
+  request.path = "/ws";
+  request.origin = "https://app.foxglove.dev";
+  request.fetch_site = "cross-site";
+  EXPECT_FALSE(access.refuse_foreign_reader(request));
+  EXPECT_TRUE(access.refuse_foreign(request)) << "a page that changes the daemon";
+
+  request.origin = "https://app.foxglove.dev.evil.example";
+  const auto refused = access.refuse_foreign_reader(request);
+  ASSERT_TRUE(refused);
+  EXPECT_THAT(refused->body, testing::HasSubstr("--origin https://app.foxglove.dev.evil.example"));
+  request.origin = "";
+  EXPECT_TRUE(access.refuse_foreign_reader(request)) << "a browser's request of another site";
+}
+
 TEST(Access, RefusesRequestsThatAnotherSiteMakesTheBrowserSend) {
   const Access access({});
   HttpRequest request = request_to("localhost:5580");

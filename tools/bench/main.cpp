@@ -19,6 +19,7 @@
 #include "fuse_print.h"
 #include "hostile_bench.h"
 #include "lib/cli/app.h"
+#include "nodes_bench.h"
 #include "pipeline_bench.h"
 #include "solve_bench.h"
 #include "take_bench.h"
@@ -209,12 +210,13 @@ struct Benches {
   FeedBenchSettings feed;
   TakeBenchSettings take;
   BridgesBenchSettings bridges;
+  NodesBenchSettings nodes;
   HostileBenchSettings hostile;
 
   explicit Benches(const std::string& marker_set) {
     const auto set = [&](auto&... each) { ((each = marker_set), ...); };
     set(pipeline.marker_set, fuse.marker_set, solve.marker_set, cameras.marker_set, take.scene.marker_set,
-        bridges.marker_set);
+        bridges.marker_set, nodes.marker_set);
   }
 };
 
@@ -277,6 +279,7 @@ std::vector<Command> add_commands(cli::App& app, Benches& all) {
   commands.push_back({add_take_bench(app, all.take), [&all] { return print_take_bench(all.take, all.json); }});
   commands.push_back(
       {add_bridges_bench(app, all.bridges), [&all] { return print_bridges_bench(all.bridges, all.json); }});
+  commands.push_back({add_nodes_bench(app, all.nodes), [&all] { return print_nodes_bench(all.nodes, all.json); }});
   commands.push_back({add_hostile_bench(app, all.hostile), [&all] { return hostile(all); }});
   for (const Command& command : commands) {
     const bool array = command.app->get_name() == "fuse";

@@ -9,5 +9,6 @@ int run_drift(int argc, const char* const* argv);
 int run_rigs(int argc, const char* const* argv);
 int run_scene(int argc, const char* const* argv);
 int run_paper(int argc, const char* const* argv);
+int run_benchmark(int argc, const char* const* argv);
 
 }  // namespace mocap::eval

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
       {"wand", "score a calibration from a simulated wand", eval::run_wand},
       {"drift", "score the detection and repair of a bumped camera", eval::run_drift},
       {"rigs", "score the diagnosis of cameras that do not fit the rig", eval::run_rigs},
+      {"benchmark", "score labels of recordings with truth, with noise", eval::run_benchmark},
       {"paper", "rebuild the tracking study of 2009, with our trackers", eval::run_paper},
   };
   static constexpr const char* kExamples = R"(examples:

@@ -1,6 +1,8 @@
 // mocap-web: shows a mocapd in the browser; metrics and control for other programs.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -84,6 +86,10 @@ void add_options(cli::App& app, Options& options) {
   app.add_option("--port", options.port, "TCP port; 0: a free one")->check(cli::Range(0, 65535))->capture_default_str();
   app.add_option("--name", options.names, "a host name of this machine that browsers may use; may be repeated")
       ->type_name("NAME");
+  app.add_option("--origin", options.server.access.origins,
+                 "a site whose pages may read the feed by the Foxglove protocol, as https://app.foxglove.dev; may be "
+                 "repeated")
+      ->type_name("SITE");
   app.add_option("--certificate", options.server.certificate, "the server's certificate, PEM")->type_name("FILE");
   app.add_option("--private-key", options.server.private_key, "the certificate's key, PEM")->type_name("FILE");
   app.add_option("--tokens", options.tokens, "file of mocap-web token: who may see and do what")->type_name("FILE");
@@ -105,6 +111,10 @@ std::string complete(Options& options) {
   server.port = static_cast<std::uint16_t>(options.port);
   server.access.names = web::names_of_this_machine();
   for (const std::string& name : options.names) server.access.names.push_back(web::host_name_in(name));
+  for (std::string& origin : server.access.origins) {
+    if (origin.find("://") == std::string::npos) return "--origin " + origin + ": expected a site as https://HOST";
+    std::ranges::transform(origin, origin.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  }
   server.access.open = options.tokens.empty();
   if (server.access.open) return {};
   auto tokens = web::load_tokens(options.tokens);

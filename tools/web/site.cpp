@@ -194,6 +194,16 @@ Result<Visitor, HttpReply> Site::admit_page(const HttpRequest& request) {
   return no_token();
 }
 
+std::optional<HttpReply> Site::refuse_reader(const HttpRequest& request) {
+  if (auto foreign = access_.refuse_foreign_reader(request)) {
+    note_refused("foreign");
+    return foreign;
+  }
+  if (access_.visitor(request)) return std::nullopt;
+  note_refused("token");
+  return no_token();
+}
+
 void Site::answer(const RequestMessage& request, const Visitor& visitor, const std::string& remote,
                   std::function<void(std::string)> say) {
   const Method* method = find_method(request.method);

@@ -38,6 +38,9 @@ class Site {
   /// Whether this request may open the connection of a page; otherwise the refusal.
   Result<Visitor, HttpReply> admit_page(const HttpRequest& request);
 
+  /// Why this request may not open a connection that reads the feed; empty: it may.
+  std::optional<HttpReply> refuse_reader(const HttpRequest& request);
+
   /// Executes a request of a page and says the answer, at once or when the daemon has answered.
   void answer(const RequestMessage& request, const Visitor& visitor, const std::string& remote,
               std::function<void(std::string)> say);

@@ -223,6 +223,12 @@ void compare(const Summary& index, const Summary& data, std::vector<Damage>& fau
   }
 }
 
+bool has_last_magic(const InputFile& file) {
+  if (file.size() < kMagic.size()) return false;
+  const Result<std::string> last = file.read(file.size() - kMagic.size(), kMagic.size());
+  return last && *last == kMagic;
+}
+
 }  // namespace
 
 Status add_metadata(const std::filesystem::path& path, const Metadata& metadata) {
@@ -291,6 +297,10 @@ Result<std::vector<Damage>> verify_file(const std::filesystem::path& path) {
         {scanned->data_bytes, 0, fmt::format("byte {}: the data do not have their checksum", scanned->data_bytes)});
   }
   if (scanned->has_end) compare(reader->summary(), scanned->summary, faults);
+  if (scanned->has_end && !has_last_magic(reader->file())) {
+    faults.push_back({reader->file().size(), 0,
+                      fmt::format("byte {}: the file ends within its index; repair it", reader->file().size())});
+  }
   return faults;
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "take/camera_blobs.h"
 #include "take/recorder/edge_images.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
 namespace mocap::take {
@@ -28,7 +28,7 @@ TakeIntake::TakeIntake(const TakesSettings& settings, Duration least_kept, const
 
 void TakeIntake::keep(const BlobFrame& frame) {
   if (!keeps_blobs_) return;
-  encode(frame, blobs_);
+  wire::encode(frame, blobs_);
   blobs_.SerializeToString(&bytes_);
   buffer_.add({BufferedKind::Blobs, frame.camera.value, frame.exposed_at, bytes_});
 }

@@ -9,7 +9,7 @@
 #include "lib/offline/two_way.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "mocap/v1/take.pb.h"
-#include "take/camera_blobs.h"
+#include "wire/codec/camera_blobs.h"
 #include "wire/codec/decode.h"
 #include "wire/codec/encode.h"
 
@@ -87,7 +87,7 @@ Status OfflineTracks::add(const FrameSet& set) {
   put(std::to_string(set.expected_views), record);
   v1::CameraBlobs message;
   for (const BlobFrame* view : set.views) {
-    take::encode(*view, message);
+    wire::encode(*view, message);
     message.SerializeToString(&bytes);
     put(bytes, record);
   }
@@ -154,7 +154,7 @@ Result<OwnedSet> OfflineTracks::set(std::size_t index) const {
     const std::string_view bytes = next_part(parts);
     v1::CameraBlobs message;
     MOCAP_EXPECTS(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
-    Result<BlobFrame> image = take::decode(message);
+    Result<BlobFrame> image = wire::decode(message);
     if (!image) return image.error();
     owned.images.push_back(*std::move(image));
   }

@@ -93,6 +93,15 @@ std::optional<HttpReply> Access::refuse_foreign(const HttpRequest& request) cons
   return std::nullopt;
 }
 
+std::optional<HttpReply> Access::refuse_foreign_reader(const HttpRequest& request) const {
+  if (std::ranges::find(settings_.origins, lower(request.origin)) != settings_.origins.end()) return std::nullopt;
+  auto refused = refuse_foreign(request);
+  if (refused && refused->status == 403) {
+    refused->body += "mocap-web --origin " + request.origin + " permits its pages to read the feed\n";
+  }
+  return refused;
+}
+
 std::optional<Visitor> Access::visitor(const HttpRequest& request) const {
   if (settings_.open) return Visitor{settings_.role_without_token, "local"};
   for (const std::string& given :

@@ -16,7 +16,8 @@ struct AccessSettings {
   bool open = true;  ///< without tokens: every client has the role `role_without_token`
   wire::Role role_without_token = wire::Role::Operator;
   std::vector<Token> tokens = {};
-  std::vector<std::string> names = {};  ///< host names of this machine, beside localhost and its addresses
+  std::vector<std::string> origins = {};  ///< other sites whose pages may read the feed, "https://HOST"
+  std::vector<std::string> names = {};    ///< host names of this machine, beside localhost and its addresses
 };
 
 /// A client that may be answered.
@@ -33,6 +34,9 @@ class Access {
   /// Refuses requests that a page of another site made the browser send: a host name that is not this machine's (DNS
   /// rebinding), an Origin or Sec-Fetch-Site of another site. Empty: permitted.
   std::optional<HttpReply> refuse_foreign(const HttpRequest& request) const;
+
+  /// The same for a connection that only reads the feed: the sites of `origins` may open it.
+  std::optional<HttpReply> refuse_foreign_reader(const HttpRequest& request) const;
 
   /// The client's role, by its token: header "Authorization: Bearer TOKEN", cookie, or ?token=TOKEN. Empty: unknown
   /// token or none.

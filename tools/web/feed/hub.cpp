@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "web/feed/viewer.h"
+
 namespace mocap::web {
 namespace {
 
@@ -12,20 +14,20 @@ constexpr Duration kSilence = std::chrono::seconds(3);  // health comes once a s
 
 }  // namespace
 
-void Hub::leave(Viewer& viewer) {
+void Hub::leave(Listener& viewer) {
   dropped_before_ += viewer.dropped_snapshots();
   std::erase(viewers_, &viewer);
 }
 
-void Hub::subscribe(Viewer& viewer, std::set<std::string, std::less<>> topics) {
+void Hub::subscribe(Listener& viewer, Topics topics) {
   viewer.subscribe(std::move(topics));
   if (description_message_ != nullptr) viewer.offer("description", description_message_);
   if (health_message_ != nullptr) viewer.offer("health", health_message_);
 }
 
-std::set<std::string, std::less<>> Hub::topics() const {
-  std::set<std::string, std::less<>> all{"description", "health", "event"};
-  for (const Viewer* viewer : viewers_) all.insert(viewer->topics().begin(), viewer->topics().end());
+Topics Hub::topics() const {
+  Topics all{"description", "health", "event"};
+  for (const Listener* viewer : viewers_) all.insert(viewer->topics().begin(), viewer->topics().end());
   return all;
 }
 
@@ -33,14 +35,14 @@ void Hub::take(std::vector<wire::FeedMessage> messages, Timestamp now) {
   for (const wire::FeedMessage& message : messages) {
     arrived_ = now;
     const bool wanted =
-        std::ranges::any_of(viewers_, [&](const Viewer* viewer) { return viewer->wants(message.topic); });
+        std::ranges::any_of(viewers_, [&](const Listener* viewer) { return viewer->wants(message.topic); });
     const bool kept = message.topic == "description" || message.topic == "health";
     if (!wanted && !kept) continue;
     const auto bytes = framed(message.topic, message.payload);
     if (message.topic == "description") description_message_ = bytes;
     if (message.topic == "health") health_message_ = bytes;
     if (kept) keep(message);
-    for (Viewer* viewer : viewers_) viewer->offer(message.topic, bytes);
+    for (Listener* viewer : viewers_) viewer->offer(message.topic, bytes);
   }
 }
 
@@ -69,7 +71,7 @@ FeedStatus Hub::status(Timestamp now) const {
 
 std::uint64_t Hub::dropped_snapshots() const {
   std::uint64_t dropped = dropped_before_;
-  for (const Viewer* viewer : viewers_) dropped += viewer->dropped_snapshots();
+  for (const Listener* viewer : viewers_) dropped += viewer->dropped_snapshots();
   return dropped;
 }
 

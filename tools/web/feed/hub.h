@@ -3,14 +3,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "base/time.h"
 #include "mocap/v1/description.pb.h"
 #include "mocap/v1/health.pb.h"
-#include "web/feed/viewer.h"
+#include "web/feed/listener.h"
 #include "wire/client_link.h"
 #include "wire/zmq_subscriber.h"
 
@@ -30,14 +29,14 @@ class Hub {
   Hub(std::string endpoint, Timestamp started) : endpoint_(std::move(endpoint)), started_(started) {}
 
   /// `viewer` must live until leave().
-  void join(Viewer& viewer) { viewers_.push_back(&viewer); }
-  void leave(Viewer& viewer);
+  void join(Listener& viewer) { viewers_.push_back(&viewer); }
+  void leave(Listener& viewer);
   std::size_t viewer_count() const { return viewers_.size(); }
 
   /// Replaces the viewer's topics. It receives the current description and health at once.
-  void subscribe(Viewer& viewer, std::set<std::string, std::less<>> topics);
+  void subscribe(Listener& viewer, Topics topics);
   /// The topics that the program needs: description, health, event, and those that a viewer wants.
-  std::set<std::string, std::less<>> topics() const;
+  Topics topics() const;
 
   void take(std::vector<wire::FeedMessage> messages, Timestamp now);
   void note_link(const wire::LinkStatus& link) { link_ = link; }
@@ -56,7 +55,7 @@ class Hub {
   Timestamp started_;
   std::optional<Timestamp> arrived_;
   wire::LinkStatus link_;
-  std::vector<Viewer*> viewers_;
+  std::vector<Listener*> viewers_;
   std::uint64_t dropped_before_ = 0;
   std::optional<v1::Health> health_;
   std::optional<v1::Description> description_;

@@ -23,7 +23,12 @@ std::shared_ptr<const std::string> framed(std::string_view topic, std::string_vi
   return std::make_shared<const std::string>(std::move(bytes));
 }
 
-void Viewer::subscribe(std::set<std::string, std::less<>> topics) {
+std::string_view payload_of(const std::string& framed) {
+  MOCAP_EXPECTS(!framed.empty());
+  return std::string_view(framed).substr(1 + static_cast<unsigned char>(framed[0]));
+}
+
+void Viewer::subscribe(Topics topics) {
   topics_ = std::move(topics);
   std::erase_if(newest_, [&](const auto& waiting) { return !wants(waiting.first); });
   if (!wants("event")) events_.clear();

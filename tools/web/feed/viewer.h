@@ -6,14 +6,15 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "web/feed/listener.h"
+
 namespace mocap::web {
 
-/// A message to a page. Several viewers send the same message at the same time, so they share it.
+/// A message to a client. Several viewers send the same message at the same time, so they share it.
 struct Outgoing {
   std::shared_ptr<const std::string> bytes;
   bool binary = false;
@@ -21,21 +22,21 @@ struct Outgoing {
 
 /// The binary message for a payload of the feed: length of the topic (1 byte), topic, payload.
 std::shared_ptr<const std::string> framed(std::string_view topic, std::string_view payload);
+/// The payload of a framed() message.
+std::string_view payload_of(const std::string& framed);
 
 /// The messages that wait for one page. Bounded: the newest message of each topic, the last 64 events and 64 texts.
 /// After a snapshot was sent, the next one waits until the page has drawn it. One thread.
-class Viewer {
+class Viewer : public Listener {
  public:
   /// `wake`: called when a message may have become ready.
   explicit Viewer(std::function<void()> wake) : wake_(std::move(wake)) {}
 
-  /// Replaces the list of topics. Waiting messages of other topics are discarded.
-  void subscribe(std::set<std::string, std::less<>> topics);
-  bool wants(std::string_view topic) const { return topics_.contains(topic); }
-  const std::set<std::string, std::less<>>& topics() const { return topics_; }
+  void subscribe(Topics topics) override;
+  const Topics& topics() const override { return topics_; }
 
-  /// Keeps `message` if the page wants its topic. It replaces the waiting message of this topic; events are queued.
-  void offer(std::string_view topic, const std::shared_ptr<const std::string>& message);
+  /// The message replaces the waiting one of this topic; events are queued.
+  void offer(std::string_view topic, const std::shared_ptr<const std::string>& message) override;
   /// The page has drawn the snapshot that was sent last.
   void note_drawn();
   /// Queues a text. Returns false if 64 texts wait: the page does not read, and the caller should close the connection.
@@ -46,8 +47,7 @@ class Viewer {
   /// The next message to send: state, texts, description, events, then the other topics in turn.
   std::optional<Outgoing> next();
 
-  /// Snapshots that were replaced before they could be sent.
-  std::uint64_t dropped_snapshots() const { return dropped_snapshots_; }
+  std::uint64_t dropped_snapshots() const override { return dropped_snapshots_; }
   std::uint64_t sent_snapshots() const { return sent_snapshots_; }
 
  private:
@@ -55,7 +55,7 @@ class Viewer {
   std::optional<Outgoing> next_in_turn();
 
   std::function<void()> wake_;
-  std::set<std::string, std::less<>> topics_;
+  Topics topics_;
   std::map<std::string, std::shared_ptr<const std::string>, std::less<>> newest_;  // by topic
   std::deque<std::shared_ptr<const std::string>> events_;
   std::deque<std::string> texts_;

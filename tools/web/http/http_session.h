@@ -14,10 +14,12 @@
 #include <string>
 #include <utility>
 
+#include "web/foxglove/foxglove_dialogue.h"
 #include "web/http/any_stream.h"
 #include "web/http/messages.h"
-#include "web/http/page_session.h"
 #include "web/http/shared.h"
+#include "web/http/websocket_session.h"
+#include "web/page_dialogue.h"
 #include "web/token_bucket.h"
 
 namespace mocap::web {
@@ -66,7 +68,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       request_.keep_alive(false);
       return send(refusal(429, "too many requests; at most 50 a second on average"));
     }
-    if (request.path == "/ws") return open_page(request);
+    if (websocket::is_upgrade(request_) && (request.path == "/ws" || request.path == "/")) return open_socket(request);
+    if (request.path == "/ws") return send(refusal(426, "expected a WebSocket with the subprotocol mocap.v1"));
     shared_.site.answer(request, [self = shared_from_this()](HttpReply reply) { self->send(std::move(reply)); });
   }
 
@@ -85,18 +88,37 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     send(refusal(400, "malformed HTTP request"));
   }
 
-  void open_page(const HttpRequest& request) {
-    if (!websocket::is_upgrade(request_) || received_.size() > 0) {
-      return send(refusal(426, "expected a WebSocket with the subprotocol mocap.v1"));
-    }
+  // Opens the WebSocket that the client asks for: the first subprotocol of ours that it offers.
+  void open_socket(const HttpRequest& request) {
+    if (received_.size() > 0) return send(refusal(400, "expected no data before the answer to the handshake"));
     http::token_list offered(request_[http::field::sec_websocket_protocol]);
-    if (!offered.exists(kSubprotocol)) return send(refusal(400, "Sec-WebSocket-Protocol: expected mocap.v1"));
+    if (offered.exists(kPageSubprotocol)) return open_page(request);
+    for (const char* name : kFoxgloveSubprotocols) {
+      if (offered.exists(name)) return open_foxglove(request, name);
+    }
+    send(refusal(400, "Sec-WebSocket-Protocol: expected mocap.v1, foxglove.sdk.v1 or foxglove.websocket.v1"));
+  }
+
+  void open_page(const HttpRequest& request) {
     Result<Visitor, HttpReply> visitor = shared_.site.admit_page(request);
     if (!visitor) return send(HttpReply(visitor.error()));
-    const auto page =
-        std::make_shared<PageSession>(*std::move(stream_), shared_, std::move(place_), *std::move(visitor), remote_);
+    start(kPageSubprotocol, [&shared = shared_, visitor = *visitor, remote = remote_](Connection connection) {
+      return std::make_unique<PageDialogue>(shared.site, shared.hub, std::move(connection), visitor, remote);
+    });
+  }
+
+  void open_foxglove(const HttpRequest& request, const char* subprotocol) {
+    if (auto refused = shared_.site.refuse_reader(request)) return send(*std::move(refused));
+    start(subprotocol, [&hub = shared_.hub](Connection connection) {
+      return std::make_unique<FoxgloveDialogue>(hub, std::move(connection));
+    });
+  }
+
+  void start(const char* subprotocol, WebSocketSession::MakeDialogue make) {
+    const auto session = std::make_shared<WebSocketSession>(*std::move(stream_), shared_, std::move(place_),
+                                                            subprotocol, std::move(make));
     stream_.reset();
-    page->start(request_);
+    session->start(request_);
   }
 
   void send(HttpReply&& reply) {

@@ -153,10 +153,10 @@ void Server::Impl::tick() {
   hub.note_link(feed->link());
   const bool connected = hub.status(now).connected;
   const bool due = now - state_said_at >= kStatePeriod || connected != was_connected;
-  const std::set<PageSession*> pages = shared->pages;  // a page may leave
-  for (PageSession* page : pages) {
-    page->check(now);
-    if (due) page->say_state(now);
+  const std::set<WebSocketSession*> sockets = shared->sockets;  // a client may leave
+  for (WebSocketSession* socket : sockets) {
+    socket->check(now);
+    if (due) socket->note_time(now);
   }
   if (due) state_said_at = now;
   if (!accepting) accept();

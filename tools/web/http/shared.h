@@ -38,7 +38,7 @@ class Connections {
   std::map<std::string, std::size_t> by_address_;
 };
 
-class PageSession;
+class WebSocketSession;
 
 /// What all sessions use.
 struct Shared {
@@ -47,7 +47,7 @@ struct Shared {
   std::chrono::nanoseconds timeout;
   std::function<void()> topics_changed;
   Connections connections = {};
-  std::set<PageSession*> pages = {};
+  std::set<WebSocketSession*> sockets = {};
 };
 
 /// Counts its connection as long as it lives.

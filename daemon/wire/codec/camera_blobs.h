@@ -4,13 +4,13 @@
 #include "mocap/v1/take.pb.h"
 #include "model/blob.h"
 
-namespace mocap::take {
+namespace mocap::wire {
 
 /// Encodes without loss. A reused message keeps its memory.
 void encode(const BlobFrame& from, v1::CameraBlobs& into);
 
-/// Decodes a message of an untrusted file. Fails with InvalidArgument if columns differ in length, there are more than
-/// kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
+/// Decodes a message of an untrusted file or peer. Fails with InvalidArgument if columns differ in length, there are
+/// more than kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
 Result<BlobFrame> decode(const v1::CameraBlobs& from);
 
-}  // namespace mocap::take
+}  // namespace mocap::wire

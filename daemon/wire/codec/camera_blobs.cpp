@@ -1,12 +1,12 @@
-#include "take/camera_blobs.h"
+#include "wire/codec/camera_blobs.h"
 
 #include <fmt/core.h>
 
 #include <cmath>
 
-#include "take/recordings/blob_format.h"
+#include "wire/codec/blob_flags.h"
 
-namespace mocap::take {
+namespace mocap::wire {
 
 void encode(const BlobFrame& from, v1::CameraBlobs& into) {
   into.Clear();
@@ -70,4 +70,4 @@ Result<BlobFrame> decode(const v1::CameraBlobs& from) {
   return into;
 }
 
-}  // namespace mocap::take
+}  // namespace mocap::wire

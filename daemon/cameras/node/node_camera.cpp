@@ -1,0 +1,317 @@
+#include "cameras/node/node_camera.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/log.h"
+#include "cameras/clock/peer_clock.h"
+#include "wire/forward_request.h"
+#include "wire/node_link.h"
+#include "wire/node_protocol.h"
+
+namespace mocap::cameras {
+namespace {
+
+// Module interface: start() may wait "some tenths of a second". A node answers within a few milliseconds.
+constexpr Duration kAnswerPatience = std::chrono::milliseconds(300);
+// Twenty calls without an answer: also a node whose processors are all busy answers one of them.
+constexpr Duration kNodeSilent = std::chrono::seconds(2);
+// The node's camera restarts with the new values. Images wait meanwhile.
+constexpr Duration kAdjustPatience = std::chrono::seconds(3);
+// An uncertain clock becomes certain with the next echoes; after this time the operator is told.
+constexpr Duration kUncertainFor = std::chrono::seconds(1);
+
+class RemoteCamera final : public BlobCamera {
+ public:
+  RemoteCamera(CameraId id, std::string name, NodeCameraSettings settings, const CameraSurroundings& surroundings)
+      : id_(id),
+        name_(std::move(name)),
+        settings_(std::move(settings)),
+        counters_(surroundings.counters),
+        window_(surroundings.window) {}
+
+  Status start() override;
+  Result<Frame> next(Duration patience) override;
+  void stop() noexcept override { running_ = false; }
+  // The values of the node's camera are not known here, so no value is restored after a failure.
+  std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{}; }
+  Status adjust(const CameraAdjustment& to) override;
+  const Blobs& blobs() const override { return image_.blobs; }
+
+ private:
+  const std::string& name_on_node() const { return settings_.camera.empty() ? name_ : settings_.camera; }
+  Result<wire::ClientKeys> keys() const {
+    return wire::load_client_keys(settings_.server_key, settings_.secret_key.string());
+  }
+  Status open_link();
+  Status find_node(Timestamp until);
+  Status judge_echo() const;
+  Result<bool> follow(wire::NodeNews news);
+  void follow_echo();
+  Result<bool> follow_image();
+  bool map_times(BlobFrame& image);
+  void map_tracks(Blobs& blobs);
+  void count_lost(std::uint64_t sequence);
+  void call_when_due();
+  Frame frame_of_image();
+  std::string node() const;
+  Error silent(ErrorCode code) const;
+  Error uncertain(ErrorCode code) const;
+  Error error(ErrorCode code, const std::string& what) const {
+    return {code, fmt::format("camera '{}': {}", name_, what)};
+  }
+
+  CameraId id_;
+  std::string name_;
+  NodeCameraSettings settings_;
+  StreamCounters* counters_;
+  Duration window_;
+
+  std::unique_ptr<wire::NodeLink> link_;  // stays open after stop(): it connects again meanwhile
+  bool running_ = false;
+  Timestamp called_at_;
+  std::optional<Timestamp> heard_at_;  // last echo
+  std::optional<std::uint64_t> session_;
+  std::string node_name_;
+  NodeCamera camera_;  // by the last echo
+  bool recorded_ = false;
+  std::string control_;  // by the last echo
+  PeerClock clock_;
+  std::optional<Timestamp> uncertain_since_;
+  std::optional<std::uint64_t> next_sequence_;
+  std::uint32_t track_base_ = 0;  // added to the ids of 2D tracks
+  std::uint32_t next_track_ = 0;  // above all ids so far
+  Timestamp last_exposed_ = Timestamp::min();
+  BlobFrame image_;
+  std::vector<std::byte> black_;
+};
+
+std::string RemoteCamera::node() const {
+  return node_name_.empty() ? fmt::format("the node at {}", settings_.endpoint)
+                            : fmt::format("node '{}' at {}", node_name_, settings_.endpoint);
+}
+
+Error RemoteCamera::silent(ErrorCode code) const {
+  std::string why = link_ ? link_->fault() : std::string{};
+  if (why.empty()) why = "is mocapd running there, with a section [node]? Does the network reach it?";
+  const bool was_heard = heard_at_ && host_now() - *heard_at_ >= kNodeSilent;
+  const std::string span = was_heard ? fmt::format(" for more than {:.0f} s", to_s(kNodeSilent)) : "";
+  return error(code, fmt::format("{} does not answer{}: {}", node(), span, why));
+}
+
+Error RemoteCamera::uncertain(ErrorCode code) const {
+  return error(
+      code, fmt::format("the clock of {} is known within {:.0f} us only, expected at most {:.0f} us ([align] "
+                        "window_us); its images stay out of the sets: shorten the network path (round trip {:.0f} us)",
+                        node(), to_us(clock_.uncertainty(host_now())), to_us(window_), to_us(clock_.round_trip())));
+}
+
+Status RemoteCamera::open_link() {
+  const Result<wire::ClientKeys> own = keys();
+  if (!own) return error(own.error().code, own.error().message);
+  Result<std::unique_ptr<wire::NodeLink>> link = wire::NodeLink::open({settings_.endpoint, name_on_node(), *own});
+  if (!link) return error(link.error().code, link.error().message);
+  link_ = *std::move(link);
+  return {};
+}
+
+Status RemoteCamera::start() {
+  if (!link_) {
+    if (Status opened = open_link(); !opened) return opened;
+  }
+  running_ = true;
+  const Status found = find_node(host_now() + kAnswerPatience);
+  running_ = found.has_value();
+  if (found) log_info("camera " + name_, fmt::format("started driver=node, {}", node()));
+  return found;
+}
+
+// Waits for an echo that came after the call of this function, and leaves out images of an earlier start.
+Status RemoteCamera::find_node(Timestamp until) {
+  const Timestamp begun_at = host_now();
+  called_at_ = Timestamp{};
+  uncertain_since_.reset();
+  next_sequence_.reset();
+  while (host_now() < until) {
+    call_when_due();
+    const Result<wire::NodeNews> news = link_->next(std::min<Duration>(wire::kNodeCallEvery, until - host_now()));
+    if (!news && news.error().code == ErrorCode::Timeout) continue;
+    if (!news) return error(news.error().code, news.error().message);
+    if (*news == wire::NodeNews::Refusal) return error(ErrorCode::NotFound, link_->refusal());
+    if (*news != wire::NodeNews::Echo || link_->echo().called_at < begun_at) continue;
+    follow_echo();
+    if (judge_echo()) return {};
+  }
+  if (!heard_at_ || *heard_at_ < begun_at) {
+    const bool wait = heard_at_ && host_now() - *heard_at_ < kNodeSilent;
+    return silent(wait ? ErrorCode::Timeout : ErrorCode::NotFound);
+  }
+  return judge_echo();
+}
+
+Status RemoteCamera::adjust(const CameraAdjustment& to) {
+  if (!to.exposure_us && !to.gain_db) return {};
+  const Result<std::string> endpoint = wire::control_of_node(control_, settings_.endpoint);
+  if (!endpoint) return error(endpoint.error().code, endpoint.error().message);
+  const Result<wire::ClientKeys> own = keys();
+  if (!own) return error(own.error().code, own.error().message);
+  ControlRequest request;
+  request.action = ControlAction::AdjustCamera;
+  request.name = name_on_node();
+  request.exposure_us = to.exposure_us;
+  request.gain_db = to.gain_db;
+  const Status done = wire::forward_request(*endpoint, *own, request, kAdjustPatience);
+  if (!done) return error(done.error().code, fmt::format("{}: {}", node(), done.error().message));
+  return {};
+}
+
+// Whether the camera can deliver images now.
+Status RemoteCamera::judge_echo() const {
+  if (camera_.width_px == 0 || (camera_.state != NodeCameraState::Delivering && !recorded_)) {
+    return error(
+        ErrorCode::NotFound,
+        fmt::format("{} has no images of this camera; see the log of mocapd there, or mocapctl status", node()));
+  }
+  if (recorded_ != settings_.recorded) {
+    return error(ErrorCode::InvalidArgument, fmt::format("{} plays {}; set recorded = {} for this camera", node(),
+                                                         recorded_ ? "a recording" : "no recording", recorded_));
+  }
+  if (!recorded_ && clock_.uncertainty(host_now()) > window_) return uncertain(ErrorCode::NotFound);
+  return {};
+}
+
+void RemoteCamera::call_when_due() {
+  const Timestamp now = host_now();
+  if (now - called_at_ < wire::kNodeCallEvery) return;
+  called_at_ = now;
+  link_->call();
+}
+
+void RemoteCamera::follow_echo() {
+  const wire::NodeEcho& echo = link_->echo();
+  heard_at_ = echo.arrived_at;
+  if (session_ != echo.session) {
+    session_ = echo.session;
+    node_name_ = echo.node;
+    clock_.reset();
+    next_sequence_.reset();
+    track_base_ = next_track_;
+    last_exposed_ = Timestamp::min();
+  }
+  camera_ = echo.camera;
+  recorded_ = echo.recorded;
+  control_ = echo.control;
+  clock_.add({echo.called_at, echo.received_at, echo.sent_at, echo.arrived_at});
+  if (counters_ == nullptr || recorded_) return;
+  counters_->clock_uncertainty_us.store(to_us(clock_.uncertainty(host_now())), std::memory_order_relaxed);
+  counters_->clock_source.store(ClockSource::Receipts, std::memory_order_relaxed);
+}
+
+Result<Frame> RemoteCamera::next(Duration patience) {
+  if (!running_) return error(ErrorCode::DeviceLost, "not started");
+  const Timestamp until = host_now() + patience;
+  for (;;) {
+    call_when_due();
+    const Duration left = std::clamp<Duration>(until - host_now(), Duration::zero(), wire::kNodeCallEvery);
+    const Result<wire::NodeNews> news = link_->next(left);
+    if (news) {
+      const Result<bool> delivered = follow(*news);
+      if (!delivered) return delivered.error();
+      if (*delivered) return frame_of_image();
+    } else if (news.error().code != ErrorCode::Timeout) {
+      if (counters_ != nullptr) counters_->failed_frames.fetch_add(1, std::memory_order_relaxed);
+      return error(news.error().code, news.error().message);
+    }
+    if (!recorded_ && host_now() - *heard_at_ > kNodeSilent) {
+      running_ = false;
+      return silent(ErrorCode::DeviceLost);
+    }
+    if (host_now() >= until) return Error{ErrorCode::Timeout, {}};
+  }
+}
+
+// Uses one message. Returns whether it is an image to deliver.
+Result<bool> RemoteCamera::follow(wire::NodeNews news) {
+  if (news == wire::NodeNews::Refusal) return error(ErrorCode::DeviceLost, link_->refusal());
+  if (news == wire::NodeNews::Image) return follow_image();
+  follow_echo();
+  if (camera_.state != NodeCameraState::Ended) return false;
+  if (!recorded_) {
+    return error(ErrorCode::DeviceLost,
+                 fmt::format("{} has no images of this camera any more; see the log of mocapd there", node()));
+  }
+  link_->call(true);
+  link_.reset();
+  running_ = false;
+  return error(ErrorCode::EndOfStream, "the recording of the node has ended");
+}
+
+Result<bool> RemoteCamera::follow_image() {
+  count_lost(link_->image().sequence);
+  image_ = link_->image().blobs;
+  image_.camera = id_;
+  map_tracks(image_.blobs);
+  if (recorded_ || map_times(image_)) return true;
+  if (counters_ != nullptr) counters_->failed_frames.fetch_add(1, std::memory_order_relaxed);
+  const Timestamp now = host_now();
+  if (!uncertain_since_) uncertain_since_ = now;
+  if (now - *uncertain_since_ > kUncertainFor) return uncertain(ErrorCode::DeviceLost);
+  return false;
+}
+
+void RemoteCamera::count_lost(std::uint64_t sequence) {
+  if (next_sequence_ && sequence > *next_sequence_ && counters_ != nullptr) {
+    counters_->missing_packets.fetch_add(sequence - *next_sequence_, std::memory_order_relaxed);
+  }
+  next_sequence_ = sequence + 1;
+}
+
+// Returns false if the clock is too uncertain for the sets.
+bool RemoteCamera::map_times(BlobFrame& image) {
+  const Timestamp now = host_now();
+  if (!clock_.known() || clock_.uncertainty(now) > window_) return false;
+  uncertain_since_.reset();
+  image.exposed_at = std::max(clock_.to_host(image.exposed_at), last_exposed_ + Duration{1});
+  image.received_at = std::min(clock_.to_host(image.received_at), now);
+  last_exposed_ = image.exposed_at;
+  return true;
+}
+
+void RemoteCamera::map_tracks(Blobs& blobs) {
+  for (Blob& blob : blobs) {
+    if (!blob.track.names_something()) continue;
+    blob.track.value += track_base_;
+    next_track_ = std::max(next_track_, blob.track.value + 1);
+  }
+}
+
+Frame RemoteCamera::frame_of_image() {
+  if (counters_ != nullptr) counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
+  const int width_px = static_cast<int>(camera_.width_px), height_px = static_cast<int>(camera_.height_px);
+  black_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px), std::byte{0});
+  return {id_,
+          image_.number,
+          image_.exposed_at,
+          image_.received_at,
+          {black_, static_cast<std::size_t>(width_px), width_px, height_px, PixelFormat::Mono8}};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BlobCamera>> make_node_camera(CameraId id, const std::string& name,
+                                                     const NodeCameraSettings& settings,
+                                                     const CameraSurroundings& surroundings) {
+  return std::unique_ptr<BlobCamera>(std::make_unique<RemoteCamera>(id, name, settings, surroundings));
+}
+
+Result<std::unique_ptr<Camera>> open_node_camera(CameraId id, const std::string& name,
+                                                 const NodeCameraSettings& settings,
+                                                 const CameraSurroundings& surroundings) {
+  return std::unique_ptr<Camera>(std::make_unique<RemoteCamera>(id, name, settings, surroundings));
+}
+
+}  // namespace mocap::cameras

@@ -1,0 +1,177 @@
+#include "wire/node_link.h"
+
+#include <fmt/format.h>
+#include <zmq.h>
+
+#include <utility>
+
+#include "mocap/v1/node.pb.h"
+#include "wire/codec/camera_blobs.h"
+#include "wire/node_protocol.h"
+#include "wire/zmq_socket.h"
+
+namespace mocap::wire {
+namespace {
+
+constexpr int kNodeReconnect_ms = 100;
+constexpr int kNodeReconnectMax_ms = 400;
+constexpr int kNodeHandshake_ms = 2000;
+constexpr int kNodeHeartbeat_ms = 1000;
+constexpr int kImagesWaiting = 64;            // 0.5 s at 120 Hz
+constexpr int kLongestNodeMessage = 1 << 17;  // 512 blobs have 45 kB
+constexpr int kEndLinger_ms = 500;            // for the acknowledgement of the last image
+constexpr std::size_t kLongestText = 400;     // of a refusal: it enters log and health
+
+NodeCameraState from_wire(v1::NodeEcho::CameraState state) {
+  switch (state) {
+    case v1::NodeEcho::DELIVERING: return NodeCameraState::Delivering;
+    case v1::NodeEcho::ENDED: return NodeCameraState::Ended;
+    default: return NodeCameraState::NotYet;
+  }
+}
+
+// Text of a peer, as one line.
+std::string one_line(std::string_view text) {
+  std::string line(text.substr(0, kLongestText));
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  return line;
+}
+
+}  // namespace
+
+struct NodeLink::Impl {
+  NodeLinkSettings settings;
+  ZmqContext context;
+  ZmqSocket socket;
+  ClientLink link;
+  v1::NodeCall call;
+  v1::NodeMessage message;
+  std::string bytes;
+  NodeEcho echo;
+  NodeImage image;
+  std::string refusal;
+
+  Status connect() {
+    const std::string& endpoint = settings.endpoint;
+    link.close();
+    socket.close();
+    if (Status opened = socket.open(context, ZMQ_DEALER, endpoint); !opened) return opened;
+    const struct {
+      int option, value;
+    } options[] = {{ZMQ_RCVHWM, kImagesWaiting},
+                   {ZMQ_LINGER, kEndLinger_ms},
+                   {ZMQ_IMMEDIATE, 1},  // a call that waits for a connection would be too old
+                   {ZMQ_RECONNECT_IVL, kNodeReconnect_ms},
+                   {ZMQ_RECONNECT_IVL_MAX, kNodeReconnectMax_ms},
+                   {ZMQ_HANDSHAKE_IVL, kNodeHandshake_ms},
+                   {ZMQ_HEARTBEAT_IVL, kNodeHeartbeat_ms},
+                   {ZMQ_IPV6, endpoint.starts_with("tcp://[") ? 1 : 0}};
+    for (const auto& [option, value] : options) {
+      if (Status set = socket.set(option, value); !set) return set;
+    }
+    if (Status set = socket.set_wide(ZMQ_MAXMSGSIZE, kLongestNodeMessage); !set) return set;
+    if (Status set = set_keys(socket, settings.keys); !set) return set;
+    link.watch(context.get(), socket.get(), settings.keys.on());
+    if (zmq_connect(socket.get(), endpoint.c_str()) != 0) {
+      return zmq_failure(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
+    }
+    return {};
+  }
+
+  void wait(Duration patience) const {
+    zmq_pollitem_t item{socket.get(), 0, ZMQ_POLLIN, 0};
+    zmq_poll(&item, 1, whole_ms(patience));
+  }
+
+  Error malformed(std::string_view what) const {
+    return {ErrorCode::Io,
+            fmt::format("{}: {}; is this the [node] endpoint of a mocapd of this version?", settings.endpoint, what)};
+  }
+
+  Result<NodeNews> read(Timestamp arrived_at) {
+    if (!message.ParseFromString(bytes)) return malformed("a message that is no NodeMessage of mocap.v1");
+    switch (message.content_case()) {
+      case v1::NodeMessage::kEcho: return read_echo(arrived_at);
+      case v1::NodeMessage::kImage: return read_image();
+      case v1::NodeMessage::kRefusal: refusal = one_line(message.refusal()); return NodeNews::Refusal;
+      default: return malformed("an empty message");
+    }
+  }
+
+  Result<NodeNews> read_echo(Timestamp arrived_at) {
+    constexpr std::uint32_t kMaxSide_px = 16384;
+    const v1::NodeEcho& from = message.echo();
+    if (from.width_px() > kMaxSide_px || from.height_px() > kMaxSide_px) return malformed("an impossible image size");
+    echo.called_at = from_ns(from.called_at_ns());
+    echo.received_at = from_ns(from.received_at_ns());
+    echo.sent_at = from_ns(from.sent_at_ns());
+    echo.arrived_at = arrived_at;
+    echo.node = one_line(from.node());
+    echo.session = from.session();
+    echo.camera = {settings.camera, from.width_px(), from.height_px(), from_wire(from.state())};
+    echo.recorded = from.recorded();
+    echo.control = one_line(from.control());
+    return NodeNews::Echo;
+  }
+
+  Result<NodeNews> read_image() {
+    Result<BlobFrame> blobs = decode(message.image().blobs());
+    if (!blobs) return malformed(blobs.error().message);
+    image.sequence = message.image().sequence();
+    image.blobs = *std::move(blobs);
+    return NodeNews::Image;
+  }
+};
+
+NodeLink::NodeLink(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+NodeLink::~NodeLink() = default;
+
+Result<std::unique_ptr<NodeLink>> NodeLink::open(const NodeLinkSettings& settings) {
+  auto impl = std::make_unique<Impl>();
+  impl->settings = settings;
+  if (const Status connecting = impl->connect(); !connecting) return connecting.error();
+  return std::unique_ptr<NodeLink>(new NodeLink(std::move(impl)));
+}
+
+void NodeLink::call(bool ended) {
+  Impl& impl = *impl_;
+  impl.call.set_protocol(kNodeProtocol);
+  impl.call.set_camera(impl.settings.camera);
+  impl.call.set_ended(ended);
+  impl.call.set_called_at_ns(to_ns(host_now()));
+  impl.call.SerializeToString(&impl.bytes);
+  zmq_send(impl.socket.get(), impl.bytes.data(), impl.bytes.size(), ZMQ_DONTWAIT);
+}
+
+Result<NodeNews> NodeLink::next(Duration patience) {
+  Impl& impl = *impl_;
+  impl.link.read();
+  if (impl.link.gave_up(host_now())) {
+    if (const Status connecting = impl.connect(); !connecting) return connecting.error();
+  }
+  ZmqMessage part;
+  if (!part.receive(impl.socket)) {
+    impl.wait(patience);
+    if (!part.receive(impl.socket)) return Error{ErrorCode::Timeout, {}};
+  }
+  const Timestamp arrived_at = host_now();
+  impl.bytes = part.bytes();
+  const bool single = !part.has_more();
+  while (part.has_more() && part.receive(impl.socket)) {
+  }
+  if (!single) return impl.malformed("a message of several parts");
+  return impl.read(arrived_at);
+}
+
+const NodeEcho& NodeLink::echo() const { return impl_->echo; }
+const NodeImage& NodeLink::image() const { return impl_->image; }
+const std::string& NodeLink::refusal() const { return impl_->refusal; }
+
+std::string NodeLink::fault() const {
+  return explain(impl_->link.status().fault, impl_->settings.endpoint,
+                 {.setting = "[node] endpoint", .server_key = "server_key", .secret_key = "secret_key"});
+}
+
+}  // namespace mocap::wire

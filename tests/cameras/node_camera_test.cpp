@@ -1,0 +1,241 @@
+#include "cameras/node/node_camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/key_check.h"
+#include "wire/zmq_node_server.h"
+
+namespace mocap::cameras {
+namespace node_camera_test {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+constexpr Duration kLong = seconds(30);  // time limit of a failing test
+
+// The node's clock is 20 ms ahead of the host's and gains 50 ppm.
+Timestamp ahead(Timestamp host) { return host + milliseconds(20) + from_s(50e-6 * to_s(host.time_since_epoch())); }
+
+// A node with one camera "north" that exposes every millisecond.
+class SimulatedNode {
+ public:
+  explicit SimulatedNode(std::string endpoint = "tcp://127.0.0.1:*", bool recorded = false,
+                         std::uint64_t images = ~std::uint64_t{0}) {
+    wire::NodeServerSettings settings;
+    settings.node.endpoint = std::move(endpoint);
+    settings.node.name = "left";
+    settings.recorded = recorded;
+    settings.clock = recorded ? nullptr : ahead;
+    auto opened = wire::ZmqNodeServer::open(settings);
+    EXPECT_TRUE(opened) << opened.error().message;
+    server_ = std::move(*opened);
+    thread_ = std::jthread([this, recorded, images](const std::stop_token& stop) { run(stop, recorded, images); });
+  }
+  const std::string& endpoint() const { return server_->endpoints().front(); }
+  bool acknowledged() const { return acknowledged_; }
+  std::atomic<bool> answers{true};
+  std::atomic<NodeCameraState> state{NodeCameraState::Delivering};
+
+ private:
+  void run(const std::stop_token& stop, bool recorded, std::uint64_t images) {
+    std::uint64_t number = 0;
+    while (!stop.stop_requested()) {
+      const NodeCameraState now = number < images ? state.load() : NodeCameraState::Ended;
+      if (answers) server_->serve({{"north", 64, 48, now}}, milliseconds(1));
+      acknowledged_ = server_->acknowledged(CameraId{0});
+      if (number >= images) continue;
+      BlobFrame frame;
+      frame.camera = CameraId{0};
+      frame.number = number;
+      frame.exposed_at = recorded ? from_ns(static_cast<std::int64_t>(number) * 1'000'000) : host_now();
+      frame.received_at = frame.detected_at = frame.exposed_at;
+      Blob blob;
+      blob.track = BlobTrackId{3};
+      frame.blobs.push_back(blob);
+      const bool sent = server_->send(frame) == NodeSend::Done;
+      if (sent || !recorded) ++number;
+    }
+  }
+
+  std::unique_ptr<wire::ZmqNodeServer> server_;
+  std::atomic<bool> acknowledged_{false};
+  std::jthread thread_;
+};
+
+struct Host {
+  StreamCounters counters;
+  std::unique_ptr<BlobCamera> camera;
+
+  explicit Host(const std::string& endpoint, bool recorded = false, Duration window = milliseconds(50)) {
+    NodeCameraSettings settings;
+    settings.endpoint = endpoint;
+    settings.recorded = recorded;
+    auto made = make_node_camera(CameraId{4}, "north", settings, {.counters = &counters, .window = window});
+    EXPECT_TRUE(made) << made.error().message;
+    camera = std::move(*made);
+  }
+
+  // Starts the camera, in as many attempts as necessary.
+  bool start() {
+    const Timestamp until = host_now() + kLong;
+    while (host_now() < until) {
+      if (camera->start()) return true;
+    }
+    return false;
+  }
+
+  // The next image; fails at the time limit, and with other errors than Timeout.
+  Result<Frame> image() {
+    const Timestamp until = host_now() + kLong;
+    for (;;) {
+      Result<Frame> frame = camera->next(milliseconds(50));
+      if (frame || frame.error().code != ErrorCode::Timeout || host_now() > until) return frame;
+    }
+  }
+};
+
+TEST(NodeCamera, DeliversBlobsWithTheirTracksOnTheHostsClock) {
+  SimulatedNode node;
+  Host host(node.endpoint());
+  ASSERT_TRUE(host.start());
+
+  const Timestamp begun = host_now();
+  Timestamp last;
+  for (int i = 0; i < 200; ++i) {
+    const auto frame = host.image();
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_EQ(frame->camera, CameraId{4});
+    EXPECT_EQ(frame->image.width_px, 64);
+    EXPECT_EQ(frame->image.bytes.size(), 64U * 48U);
+    EXPECT_GT(frame->exposed_at, last);
+    EXPECT_LE(frame->received_at, host_now());
+    last = frame->exposed_at;
+    ASSERT_EQ(host.camera->blobs().size(), 1U);
+    EXPECT_EQ(host.camera->blobs()[0].track, BlobTrackId{3});
+  }
+  // On the node's clock all exposures would be in the future by hours of drift and 20 ms.
+  EXPECT_GT(last, begun - seconds(2));
+  EXPECT_LE(last, host_now() + milliseconds(50));
+  EXPECT_GT(host.counters.clock_uncertainty_us.load(), 0.0);
+  EXPECT_EQ(host.counters.clock_source.load(), ClockSource::Receipts);
+}
+
+TEST(NodeCamera, NamesTheNodeAndTheCureIfNothingAnswers) {
+  std::string endpoint;
+  {
+    SimulatedNode node;
+    endpoint = node.endpoint();
+  }
+  Host host(endpoint);
+
+  const Status started = host.camera->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::NotFound);
+  EXPECT_THAT(started.error().message, HasSubstr("the node at " + endpoint + " does not answer"));
+  EXPECT_THAT(started.error().message, HasSubstr("[node]"));
+}
+
+TEST(NodeCamera, IsLostWhenTheNodeFallsSilentAndGoesOnWithNewTracksAfterItsRestart) {
+  auto node = std::make_unique<SimulatedNode>();
+  const std::string endpoint = node->endpoint();
+  Host host(endpoint);
+  ASSERT_TRUE(host.start());
+  ASSERT_TRUE(host.image());
+
+  node.reset();
+  Result<Frame> lost = host.image();
+  while (lost) lost = host.image();
+  EXPECT_EQ(lost.error().code, ErrorCode::DeviceLost);
+  EXPECT_THAT(lost.error().message, HasSubstr("node 'left' at " + endpoint + " does not answer"));
+  host.camera->stop();
+
+  node = std::make_unique<SimulatedNode>(endpoint);
+  ASSERT_TRUE(host.start());
+  ASSERT_TRUE(host.image());
+  // The node counts its tracks from the beginning; the id 3 of before is another marker.
+  EXPECT_EQ(host.camera->blobs()[0].track, BlobTrackId{4 + 3});
+}
+
+TEST(NodeCamera, SaysThatTheCameraOfTheNodeHasNoImages) {
+  SimulatedNode node;
+  Host host(node.endpoint());
+  ASSERT_TRUE(host.start());
+  node.state = NodeCameraState::Ended;
+
+  Result<Frame> lost = host.image();
+  while (lost) lost = host.image();
+
+  EXPECT_EQ(lost.error().code, ErrorCode::DeviceLost);
+  EXPECT_THAT(lost.error().message, HasSubstr("node 'left' at " + node.endpoint() + " has no images of this camera"));
+}
+
+TEST(NodeCamera, RefusesImagesWhoseTimesAreLessCertainThanTheWindow) {
+  SimulatedNode node;
+  Host host(node.endpoint(), false, Duration{1});
+
+  Status started = host.camera->start();
+  const Timestamp until = host_now() + kLong;
+  while (!started && started.error().message.find("clock") == std::string::npos && host_now() < until) {
+    started = host.camera->start();
+  }
+
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message, HasSubstr("the clock of node 'left'"));
+  EXPECT_THAT(started.error().message, HasSubstr("window_us"));
+}
+
+TEST(NodeCamera, DeliversEachImageOfARecordingWithItsTimeAndItsEnd) {
+  constexpr std::uint64_t kImages = 500;
+  SimulatedNode node("tcp://127.0.0.1:*", true, kImages);
+  Host host(node.endpoint(), true);
+  ASSERT_TRUE(host.start());
+
+  for (std::uint64_t i = 0; i < kImages; ++i) {
+    const auto frame = host.image();
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_EQ(frame->number, i);
+    EXPECT_EQ(frame->exposed_at, from_ns(static_cast<std::int64_t>(i) * 1'000'000));
+    EXPECT_EQ(frame->received_at, frame->exposed_at);
+  }
+  const auto end = host.image();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().code, ErrorCode::EndOfStream);
+  const Timestamp until = host_now() + kLong;
+  while (!node.acknowledged() && host_now() < until) std::this_thread::yield();
+  EXPECT_TRUE(node.acknowledged());
+}
+
+TEST(NodeCameraSettings, RefusesAnotherMachineWithoutKeys) {
+  NodeCameraSettings settings;
+  settings.endpoint = "tcp://10.0.0.7:5575";
+  ASSERT_EQ(faults_of(settings).size(), 1U);
+  EXPECT_THAT(faults_of(settings)[0].message, HasSubstr("no key proves which machine sends"));
+
+  settings.server_key = "node.key";
+  ASSERT_EQ(faults_of(settings).size(), 1U);
+  EXPECT_THAT(faults_of(settings)[0].message, HasSubstr("go together"));
+
+  settings.secret_key = "own.key";
+  EXPECT_TRUE(faults_of(settings).empty());
+}
+
+TEST(NodeCameraSettings, RefusesAnEndpointWithoutAPortNumber) {
+  for (const char* endpoint : {"", "tcp://127.0.0.1", "tcp://127.0.0.1:*", "udp://127.0.0.1:1"}) {
+    NodeCameraSettings settings;
+    settings.endpoint = endpoint;
+    EXPECT_EQ(faults_of(settings).size(), 1U) << endpoint;
+  }
+}
+
+}  // namespace node_camera_test
+}  // namespace mocap::cameras

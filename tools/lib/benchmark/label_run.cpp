@@ -1,0 +1,136 @@
+#include "lib/benchmark/label_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <utility>
+
+#include "lib/benchmark/point_pipeline.h"
+#include "scene/ring_rig.h"
+
+namespace mocap::benchmark {
+namespace {
+
+constexpr double kTPose_s = 1.0;
+constexpr double kAway_s = 0.5;
+constexpr Timestamp kBegin = from_ns(1'000'000'000);
+
+constexpr std::pair<std::string_view, BodyKnown> kModes[] = {{"given", BodyKnown::Given},
+                                                             {"static", BodyKnown::Static},
+                                                             {"calibrated", BodyKnown::Calibrated},
+                                                             {"cold", BodyKnown::Cold}};
+
+// CPU time of this thread, s.
+double thread_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Result<Subject> subject_of(const LabelledClip& clip, const LabelCase& wanted) {
+  Subject subject{"benchmark", clip.marker_set, false};
+  if (wanted.mode == BodyKnown::Cold || wanted.mode == BodyKnown::Calibrated) return subject;
+  const bool from_static = wanted.mode == BodyKnown::Static;
+  auto body = fit_body(clip, from_static ? *wanted.static_trial : clip.take, from_static);
+  if (!body) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("take '{}': the body cannot be fitted, no frame has 60 % of the {} markers", clip.name,
+                             clip.marker_set.markers.size())};
+  }
+  subject.marker_set = *std::move(body);
+  subject.fitted = true;
+  return subject;
+}
+
+// The T-pose before the clip, and the time in which nobody is visible; empty in the other modes.
+Result<std::vector<NoisyFrame>> prelude_of(const LabelledClip& clip, BodyKnown mode) {
+  std::vector<NoisyFrame> frames;
+  if (mode != BodyKnown::Calibrated) return frames;
+  const auto body = fit_body(clip, clip.take, false);
+  if (!body) return Error{ErrorCode::InvalidArgument, fmt::format("take '{}': the body cannot be fitted", clip.name)};
+  NoisyFrame pose;
+  for (const Eigen::Vector3d& at_m : rest_positions_m(*body)) pose.points.push_back({at_m, NoisyPoint::kNobodys});
+  frames.assign(static_cast<std::size_t>(kTPose_s * clip.rate_hz), pose);
+  frames.resize(frames.size() + static_cast<std::size_t>(kAway_s * clip.rate_hz));
+  return frames;
+}
+
+// The label that each point of the frame has.
+std::vector<int> labels_of(const NoisyFrame& frame, const Snapshot& snapshot) {
+  std::vector<int> labels(frame.points.size(), LabelTally::kNull);
+  if (snapshot.labels.empty()) return labels;
+  for (std::size_t m = 0; m < snapshot.labels[0].markers.size(); ++m) {
+    const LabelledMarker& label = snapshot.labels[0].markers[m];
+    if (label.state != LabelState::Measured) continue;
+    const auto apart_m = [&](const NoisyPoint& point) { return (point.position_m - label.position.v).norm(); };
+    const auto nearest = std::ranges::min_element(frame.points, {}, apart_m);
+    if (nearest == frame.points.end() || apart_m(*nearest) > kAtThePoint_m) continue;
+    labels[static_cast<std::size_t>(nearest - frame.points.begin())] = static_cast<int>(m);
+  }
+  return labels;
+}
+
+void count_withheld(const NoisyFrame& frame, const std::vector<int>& given, const PointPipeline& pipeline,
+                    LabelRun& into) {
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const NoisyPoint& point = frame.points[i];
+    if (point.marker == NoisyPoint::kNobodys || given[i] != LabelTally::kNull) continue;
+    const auto marker = static_cast<std::size_t>(point.marker);
+    const Withheld why = why_withheld(pipeline, static_cast<std::uint32_t>(marker), point.position_m);
+    ++into.withheld[static_cast<std::size_t>(why)];
+    ++into.withheld_of[marker][static_cast<std::size_t>(why)];
+  }
+}
+
+}  // namespace
+
+std::optional<BodyKnown> mode_named(std::string_view name) {
+  const auto found = std::ranges::find(kModes, name, [](const auto& mode) { return mode.first; });
+  if (found == std::end(kModes)) return std::nullopt;
+  return found->second;
+}
+
+std::string_view text_of(BodyKnown mode) {
+  return std::ranges::find(kModes, mode, [](const auto& one) { return one.second; })->first;
+}
+
+Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
+  const auto subject = subject_of(clip, wanted);
+  if (!subject) return subject.error();
+  const auto prelude = prelude_of(clip, wanted.mode);
+  if (!prelude) return prelude.error();
+  const std::vector<NoisyFrame> frames = add_noise(clip, wanted.noise, wanted.seed);
+
+  settings::DaemonSettings settings;
+  settings.subject_models.push_back(*subject);
+  settings.nominal_rate_hz = clip.rate_hz;
+  settings.rig = scene::ring_rig({});  // required, but no camera takes part
+  PointPipeline pipeline(settings);
+  LabelTally tally(clip.take.markers, clip.rate_hz), since_first(clip.take.markers, clip.rate_hz);
+  LabelRun run;
+  run.withheld_of.resize(clip.take.markers);
+  double spent_s = 0.0;
+  std::vector<int> truth;
+  for (std::size_t i = 0; i < prelude->size() + frames.size(); ++i) {
+    const bool is_prelude = i < prelude->size();
+    const NoisyFrame& frame = is_prelude ? (*prelude)[i] : frames[i - prelude->size()];
+    const double begun_s = thread_s();
+    const Snapshot& snapshot = pipeline.step(kBegin + from_s(static_cast<double>(i) / clip.rate_hz), frame);
+    if (is_prelude) continue;
+    spent_s += thread_s() - begun_s;
+    const std::vector<int> given = labels_of(frame, snapshot);
+    truth.clear();
+    for (const NoisyPoint& point : frame.points) truth.push_back(point.marker);
+    tally.add(truth, given);
+    if (tally.has_label()) since_first.add(truth, given);
+    count_withheld(frame, given, pipeline, run);
+  }
+  run.figures = tally.figures();
+  run.since_first = since_first.figures();
+  run.confusions = tally.confusions();
+  run.ms_per_frame = 1e3 * spent_s / static_cast<double>(std::max<std::size_t>(1, frames.size()));
+  return run;
+}
+
+}  // namespace mocap::benchmark

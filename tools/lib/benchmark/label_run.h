@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lib/benchmark/label_tally.h"
+#include "lib/benchmark/labelled_clip.h"
+#include "lib/benchmark/point_noise.h"
+#include "lib/benchmark/withheld.h"
+
+namespace mocap::benchmark {
+
+/// What the daemon knows of the person when the clip begins.
+enum class BodyKnown {
+  Given,       ///< bone lengths and marker offsets, fitted to the clip itself
+  Static,      ///< the same, fitted to a static trial of the person
+  Calibrated,  ///< what it learnt from 1 s of T-pose of the body that was fitted to the clip; then nobody is visible
+               ///< for 0.5 s
+  Cold,        ///< the marker set only: today's daemon labels such a person from a T-pose or an A-pose on
+};
+
+/// The mode by name: given, static, calibrated, cold.
+std::optional<BodyKnown> mode_named(std::string_view name);
+std::string_view text_of(BodyKnown mode);
+
+struct LabelCase {
+  BodyKnown mode = BodyKnown::Given;
+  PointNoise noise;
+  std::uint64_t seed = 1;
+  const bodyfit::LabelledTake* static_trial = nullptr;  ///< required by Static; markers of the clip
+};
+
+struct LabelRun {
+  LabelFigures figures;                                    ///< of all frames
+  LabelFigures since_first;                                ///< from the first frame with a label on
+  double ms_per_frame = 0.0;                               ///< CPU time of the daemon's steps in this thread, mean
+  std::vector<Confusion> confusions;                       ///< wrong labels, most frequent first
+  std::array<std::uint64_t, kWithheldReasons> withheld{};  ///< points of markers without a label, by reason
+  std::vector<std::array<std::uint64_t, kWithheldReasons>> withheld_of;  ///< the same, by marker
+};
+
+/// Tracks and labels a clip with noise, live. The same arguments give the same result, except the time. Fails with
+/// InvalidArgument if the body cannot be fitted.
+Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted);
+
+}  // namespace mocap::benchmark
