@@ -12,7 +12,7 @@
 #include "associate/multi_view_matcher.h"
 #include "associate/uncalibrated_views.h"
 #include "base/log.h"
-#include "calibration/wand/wand_calibrator.h"
+#include "calibration/plugin_calibrator.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/jpeg_encoder.h"
 #include "cameras/node/node_camera.h"
@@ -193,7 +193,7 @@ Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& se
 std::unique_ptr<RigCalibrator> make_calibrator(const settings::DaemonSettings& settings) {
   constexpr int kSolverThreads = 1;
   if (is_replay(settings)) return nullptr;
-  return std::make_unique<calibration::WandCalibrator>(settings.rig, kSolverThreads);
+  return std::make_unique<calibration::PluginCalibrator>(settings.rig, kSolverThreads);
 }
 
 bool plays_take(const cameras::CameraSettings& camera) {

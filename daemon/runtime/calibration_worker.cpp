@@ -34,7 +34,8 @@ void CalibrationWorker::run(const std::stop_token& stop) {
     if (report_waits_ && host_now() - reported_at_ >= kReportPeriod) send_report(report());
     channel_.ordered.wait(ticket, collecting_ || report_waits_ ? kCollectPeriod : kStopCheckPeriod);
   }
-  collect(false);
+  if (collecting_) collect(false);
+  ended_.store(true, std::memory_order_release);
 }
 
 void CalibrationWorker::follow_orders(const std::stop_token& stop) {
@@ -64,6 +65,7 @@ Status CalibrationWorker::follow(const CalibrationOrder& order) {
       take_images();
       collect(false);
       channel_.cancelled.store(false, std::memory_order_relaxed);
+      solving_.store(true, std::memory_order_release);
       solves_ = true;
       return {};
     default: cancel(); return {};
@@ -76,7 +78,14 @@ void CalibrationWorker::cancel() {
   log_info(kCalibration, "cancelled");
 }
 
+void CalibrationWorker::count_dropped() {
+  for (std::size_t i = 0; i < dropped_.size(); ++i) {
+    dropped_[i] = cameras_[i]->counters.dropped_calibration_full.read() - dropped_before_[i];
+  }
+}
+
 void CalibrationWorker::collect(bool on) {
+  if (collecting_) count_dropped();
   for (CameraChannel* camera : cameras_) {
     camera->calibrating.store(false, std::memory_order_release);
     while (camera->to_calibrate.front() != nullptr) camera->to_calibrate.pop();
@@ -84,6 +93,7 @@ void CalibrationWorker::collect(bool on) {
   collecting_ = on;
   if (!on) return;
   dropped_before_.clear();
+  dropped_.assign(cameras_.size(), 0);
   for (CameraChannel* camera : cameras_) {
     dropped_before_.push_back(camera->counters.dropped_calibration_full.read());
     camera->calibrating.store(true, std::memory_order_release);
@@ -92,6 +102,7 @@ void CalibrationWorker::collect(bool on) {
 
 void CalibrationWorker::take_images() {
   if (!collecting_) return;
+  count_dropped();
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     bool welcome = true;
     while (const CalibrationImage* image = cameras_[i]->to_calibrate.front()) {
@@ -117,6 +128,7 @@ void CalibrationWorker::solve(const std::stop_token& stop) {
     send_report(std::move(now));
     return true;
   });
+  solving_.store(false, std::memory_order_release);
   const CalibrationReport end = report();
   log_info(kCalibration, end.result ? "solved: " + end.result->grade : "no rig: " + end.message);
   send_report(end);
@@ -130,8 +142,8 @@ CalibrationReport CalibrationWorker::report() const {
     report.result.reset();
   }
   if (solves_) report.state = CalibrationState::Solving;
-  for (std::size_t i = 0; i < report.cameras.size() && i < dropped_before_.size(); ++i) {
-    report.cameras[i].dropped = cameras_[i]->counters.dropped_calibration_full.read() - dropped_before_[i];
+  for (std::size_t i = 0; i < report.cameras.size() && i < dropped_.size(); ++i) {
+    report.cameras[i].dropped = dropped_[i];
   }
   return report;
 }

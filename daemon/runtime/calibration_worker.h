@@ -40,13 +40,19 @@ class CalibrationWorker {
   CalibrationWorker(std::unique_ptr<RigCalibrator> calibrator, std::vector<CameraChannel*> cameras,
                     CalibrationChannel& channel);
 
-  /// The loop; returns when stopped. A collection or a solution in progress ends then without a result.
+  /// The loop; returns when stopped. A collection or a solution in progress ends then without a result. A step of a
+  /// solution may last for seconds, in which the worker does not use the cameras' channels: they may be gone.
   void run(const std::stop_token& stop);
+
+  bool is_solving() const noexcept { return solving_.load(std::memory_order_acquire); }
+  /// Whether the loop has returned.
+  bool has_ended() const noexcept { return ended_.load(std::memory_order_acquire); }
 
  private:
   void follow_orders(const std::stop_token& stop);
   Status follow(const CalibrationOrder& order);
   void collect(bool on);
+  void count_dropped();
   void take_images();
   void solve(const std::stop_token& stop);
   void cancel();
@@ -57,6 +63,9 @@ class CalibrationWorker {
   std::vector<CameraChannel*> cameras_;
   CalibrationChannel& channel_;
   std::vector<std::uint64_t> dropped_before_;  // by camera: counts at the start of the collection
+  std::vector<std::uint64_t> dropped_;         // by camera: in the collection
+  std::atomic<bool> solving_{false};
+  std::atomic<bool> ended_{false};
   bool collecting_ = false;
   bool solves_ = false;  // after the answer to Solve
   bool is_cancelled_ = false;

@@ -239,11 +239,18 @@ void Pipeline::start_calibration() {
   });
 }
 
-// A step of a solution in progress ends first.
+// Waits for a collection, but not for a step of a solution, which may last longer than the watchdog waits.
 void Pipeline::stop_calibration() {
+  std::erase_if(ended_calibrations_, [](const EndedCalibration& ended) { return ended.worker->has_ended(); });
+  if (!calibration_worker_) return;
   calibration_thread_.request_stop();
-  if (calibration_) calibration_->ordered.signal();
-  if (calibration_thread_.joinable()) calibration_thread_.join();
+  calibration_->ordered.signal();
+  if (calibration_worker_->is_solving()) {
+    ended_calibrations_.push_back(
+        {std::move(calibration_), std::move(calibration_worker_), std::move(calibration_thread_)});
+  } else if (calibration_thread_.joinable()) {
+    calibration_thread_.join();
+  }
 }
 
 // Call while the threads of fusion, publish, control and takes do not run.
@@ -358,6 +365,7 @@ void Pipeline::stop() {
   control_thread_.request_stop();
   if (control_thread_.joinable()) control_thread_.join();
   stop_calibration();
+  ended_calibrations_.clear();
   // The threads stop in the order of the data flow: a thread ends when no thread before it can produce data.
   for (CameraUnit& camera : cameras_) camera.thread.request_stop();
   for (CameraUnit& camera : cameras_) {

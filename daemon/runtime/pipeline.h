@@ -97,6 +97,13 @@ struct PipelineChange {
 
 /// All threads and the queues between them. The threads run from the constructor to `stop`. The main thread owns it.
 class Pipeline {
+  // A calibration that a change has ended, and whose thread is still in a step of the solution. Nobody waits for it.
+  struct EndedCalibration {
+    std::unique_ptr<CalibrationChannel> channel;
+    std::unique_ptr<CalibrationWorker> worker;
+    std::jthread thread;  // last: ends before the rest is destroyed
+  };
+
  public:
   Pipeline(PipelineSettings settings, PipelineParts parts);
   ~Pipeline();
@@ -231,6 +238,7 @@ class Pipeline {
   std::unique_ptr<TimecodeWorker> timecode_worker_;  // null: no source of timecode
   std::unique_ptr<CalibrationChannel> calibration_;  // null: nothing is calibrated
   std::unique_ptr<CalibrationWorker> calibration_worker_;
+  std::vector<EndedCalibration> ended_calibrations_;
   std::unique_ptr<PreviewWorker> preview_worker_;       // null: no previews are made
   std::unique_ptr<NodeWorker> node_worker_;             // null: this daemon is no node
   std::vector<std::unique_ptr<SideFile>> ended_files_;  // to be finished

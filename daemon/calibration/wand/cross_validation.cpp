@@ -39,7 +39,8 @@ void append_residuals(const Bundle& bundle, bool held_out, std::vector<Observati
 
 }  // namespace
 
-void validate_held_out(WandSolution& solution, FreeIntrinsics free_intrinsics, int threads) {
+void validate_held_out(WandSolution& solution, FreeIntrinsics free_intrinsics, int threads,
+                       const std::function<bool(int)>& goes_on) {
   solution.residuals.clear();
   append_residuals(solution.bundle, false, solution.residuals);
   BundleSettings settings;
@@ -49,11 +50,11 @@ void validate_held_out(WandSolution& solution, FreeIntrinsics free_intrinsics, i
   settings.cost_tolerance = 1e-7;
   settings.threads = threads;
   Bundle training = part_of(solution.bundle, false);
-  if (training.observations.empty() || !adjust_bundle(training, settings)) return;
+  if (training.observations.empty() || !adjust_bundle(training, settings, goes_on)) return;
   Bundle validation = part_of(solution.bundle, true);
   validation.rig = std::move(training.rig);
   settings.fix_cameras = true;
-  if (validation.observations.empty() || !adjust_bundle(validation, settings)) return;
+  if (validation.observations.empty() || !adjust_bundle(validation, settings, goes_on)) return;
   const std::size_t first = solution.residuals.size();
   append_residuals(validation, true, solution.residuals);
 

@@ -177,7 +177,9 @@ Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& sta
   const std::vector<TimeOffset> offsets = estimate_time_offsets(*detections, bundle, stages.back().gate_px);
   WandSolution solution = assess_solution(std::move(bundle), stages.back().free_intrinsics);
   if (!report("validating", 0.95)) return cancelled;
-  validate_held_out(solution, stages.back().free_intrinsics, settings.threads);
+  validate_held_out(solution, stages.back().free_intrinsics, settings.threads,
+                    [&](int) { return report("validating", 0.95); });
+  if (!report("validating", 1.0)) return cancelled;
   for (std::size_t c = 0; c < offsets.size(); ++c) {
     solution.cameras[c].time_offset_s = offsets[c].late_s;
     solution.cameras[c].time_offset_sigma_s = offsets[c].sigma_s;
