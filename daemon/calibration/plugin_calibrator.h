@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <utility>
 
 #include "model/camera_model.h"
 #include "module/rig_calibrator.h"
