@@ -106,8 +106,8 @@ class Pipeline {
   /// needs it. Fails if a part cannot be opened; then the pipeline must be stopped.
   Status change(PipelineChange change);
 
-  /// Returns whether a finite run has ended: every camera ended, every snapshot was sent, and
-  /// the hosts of a node have every image.
+  /// Returns whether a finite run has ended: every camera ended, every snapshot was sent, and the hosts of a node have
+  /// every image.
   bool finished() const noexcept {
     return publish_ended_.load(std::memory_order_acquire) && (!node_worker_ || node_worker_->ended());
   }
