@@ -1,4 +1,4 @@
-#include "feed_bench.h"
+#include "bench/feed/feed_bench.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -15,7 +15,7 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
-#include "bench/snapshot_number.h"
+#include "bench/feed/snapshot_number.h"
 #include "bench/wait_until.h"
 #include "support/typical_snapshot.h"
 #include "wire/codec/encode.h"

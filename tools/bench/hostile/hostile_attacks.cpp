@@ -1,4 +1,4 @@
-#include "hostile_attacks.h"
+#include "bench/hostile/hostile_attacks.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

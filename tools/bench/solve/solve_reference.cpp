@@ -1,4 +1,4 @@
-#include "solve_reference.h"
+#include "bench/solve/solve_reference.h"
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>

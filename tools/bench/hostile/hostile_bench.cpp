@@ -1,4 +1,4 @@
-#include "hostile_bench.h"
+#include "bench/hostile/hostile_bench.h"
 
 #include <fmt/format.h>
 #include <signal.h>
@@ -17,7 +17,7 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
-#include "hostile_attacks.h"
+#include "bench/hostile/hostile_attacks.h"
 #include "support/typical_snapshot.h"
 #include "wire/codec/decode.h"
 #include "wire/zmq_publisher.h"

@@ -1,4 +1,4 @@
-#include "fuse_print.h"
+#include "bench/fuse/fuse_print.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "fuse_bench.h"
+#include "bench/fuse/fuse_bench.h"
 
 #include <ctime>
 
@@ -11,8 +11,8 @@
 
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
-#include "at_share.h"
-#include "fuse_reference.h"
+#include "bench/at_share.h"
+#include "bench/fuse/fuse_reference.h"
 #include "model/identity_map.h"
 #include "settings/subject/marker_set_file.h"
 #include "synchronise/frame_aligner.h"

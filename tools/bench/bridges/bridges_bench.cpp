@@ -1,4 +1,4 @@
-#include "bridges_bench.h"
+#include "bench/bridges/bridges_bench.h"
 
 #include <fmt/format.h>
 #include <pthread.h>
@@ -18,8 +18,8 @@
 #include "bench/bridges/free_port.h"
 #include "bench/bridges/people_feed.h"
 #include "bench/bridges/receivers.h"
+#include "bench/feed/snapshot_number.h"
 #include "bench/program.h"
-#include "bench/snapshot_number.h"
 #include "bench/wait_until.h"
 #include "settings/subject/marker_set_file.h"
 #include "support/temporary_folder.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "cameras_bench.h"
+#include "bench/cameras/cameras_bench.h"
 #include "lib/cli/app.h"
 
 namespace mocap::bench {

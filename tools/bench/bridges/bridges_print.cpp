@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/exit_codes.h"
-#include "bridges_bench.h"
+#include "bench/bridges/bridges_bench.h"
 
 namespace mocap::bench {
 namespace {

@@ -1,4 +1,4 @@
-#include "detect_report.h"
+#include "bench/detect/detect_report.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "feed_joins.h"
+#include "bench/feed/feed_joins.h"
 
 #include <fmt/format.h>
 #include <zmq.h>

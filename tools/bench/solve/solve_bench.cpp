@@ -1,4 +1,4 @@
-#include "solve_bench.h"
+#include "bench/solve/solve_bench.h"
 
 #include <ctime>
 
@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "assemble.h"
+#include "bench/solve/solve_reference.h"
 #include "lib/scoring/labels_score.h"
 #include "lib/simworld/recognition.h"
 #include "lib/simworld/scene_world.h"
-#include "solve_reference.h"
 
 namespace mocap::bench {
 namespace {

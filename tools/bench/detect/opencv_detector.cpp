@@ -1,4 +1,4 @@
-#include "bench/opencv_detector.h"
+#include "bench/detect/opencv_detector.h"
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "base/result.h"
-#include "feed_joins.h"
+#include "bench/feed/feed_joins.h"
 #include "lib/cli/app.h"
 
 namespace mocap::bench {

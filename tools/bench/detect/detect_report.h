@@ -1,6 +1,6 @@
 #pragma once
 
-#include "detect_bench.h"
+#include "bench/detect/detect_bench.h"
 
 namespace mocap::bench {
 

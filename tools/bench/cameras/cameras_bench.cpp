@@ -1,4 +1,4 @@
-#include "cameras_bench.h"
+#include "bench/cameras/cameras_bench.h"
 
 #include <fmt/format.h>
 

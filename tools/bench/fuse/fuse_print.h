@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "fuse_bench.h"
+#include "bench/fuse/fuse_bench.h"
 
 namespace mocap::bench {
 

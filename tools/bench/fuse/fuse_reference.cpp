@@ -1,4 +1,4 @@
-#include "fuse_reference.h"
+#include "bench/fuse/fuse_reference.h"
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>

@@ -1,4 +1,4 @@
-#include "detect_bench.h"
+#include "bench/detect/detect_bench.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,7 +9,7 @@
 #include <random>
 #include <span>
 
-#include "bench/opencv_detector.h"
+#include "bench/detect/opencv_detector.h"
 #include "detect/blob_detector.h"
 #include "detect/kernels/detect_kernels.h"
 

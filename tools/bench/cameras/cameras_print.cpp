@@ -1,4 +1,4 @@
-#include "cameras_print.h"
+#include "bench/cameras/cameras_print.h"
 
 #include <fmt/format.h>
 
