@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "assemble.h"
+#include "assemble_camera.h"
 #include "base/log.h"
 #include "settings/rig/learnt_masks.h"
 #include "settings/subject/add_subject.h"

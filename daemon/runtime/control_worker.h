@@ -9,7 +9,7 @@
 
 #include "model/control.h"
 #include "module/control_server.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/take_worker.h"
 

@@ -19,7 +19,7 @@
 #include "module/timecode_source.h"
 #include "module/writer.h"
 #include "runtime/blob_recorder.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/control_worker.h"
 #include "runtime/explain_worker.h"

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "base/log.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 
 namespace mocap::runtime {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/recording_progress.h"
+#include "runtime/report/recording_progress.h"
 
 #include <fmt/format.h>
 

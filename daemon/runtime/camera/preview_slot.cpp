@@ -1,4 +1,4 @@
-#include "runtime/preview_slot.h"
+#include "runtime/camera/preview_slot.h"
 
 #include "detect/decimate.h"
 #include "detect/pixel_rows.h"

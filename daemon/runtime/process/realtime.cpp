@@ -1,4 +1,4 @@
-#include "runtime/realtime.h"
+#include "runtime/process/realtime.h"
 
 #include <fmt/format.h>
 #include <malloc.h>

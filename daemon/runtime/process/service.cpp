@@ -1,4 +1,4 @@
-#include "runtime/service.h"
+#include "runtime/process/service.h"
 
 #include <sys/stat.h>
 #include <systemd/sd-daemon.h>

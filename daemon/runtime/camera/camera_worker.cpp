@@ -1,4 +1,4 @@
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 
 #include <fmt/format.h>
 
