@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "assemble_camera.h"
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
 #include "associate/uncalibrated_views.h"
@@ -15,12 +16,7 @@
 #include "calibration/plugin_calibrator.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/jpeg_encoder.h"
-#include "cameras/node/node_camera.h"
 #include "cameras/open_camera.h"
-#include "cameras/replay/replay_settings.h"
-#include "cameras/synthetic/synthetic_settings.h"
-#include "detect/blob_detector.h"
-#include "detect/delivered_blobs.h"
 #include "explain/search_explainer.h"
 #include "fusion/idle_parts.h"
 #include "label/body_labeller.h"
@@ -34,9 +30,7 @@
 #include "take/recorder/take_recorder.h"
 #include "take/recordings/blob_recording.h"
 #include "take/recordings/snapshot_writer.h"
-#include "take/take_camera.h"
 #include "timecode/timecode_sources.h"
-#include "track2d/following_blob_tracker.h"
 #include "track3d/kalman_marker_tracker.h"
 #include "trigger/desk.h"
 #include "trigger/udp_port.h"
@@ -50,26 +44,12 @@ namespace {
 // Time from the construction of the cameras to the first simulated exposure; all cameras are ready by then.
 constexpr Duration kReadyWithin = std::chrono::milliseconds(200);
 
-// Gives all simulated cameras that run in real time the same epoch, so that they show one motion and expose together. A
-// configured epoch is kept.
-cameras::CameraSettings in_step(cameras::CameraSettings camera, Timestamp epoch) {
-  auto* synthetic = camera.driver.as<cameras::SyntheticSettings>();
-  if (synthetic != nullptr && synthetic->speed > 0.0 && synthetic->epoch == Timestamp{}) synthetic->epoch = epoch;
-  return camera;
-}
-
 // Returns an id of this run, by which a client detects a restart of the daemon. The id of a replay is constant, so that
 // its output is reproducible.
 std::string session_id(bool replay) {
   if (replay) return "replay";
   std::random_device entropy;
   return fmt::format("{:08x}{:08x}", entropy(), entropy());
-}
-
-std::vector<MaskPolygon> masks_of(const CameraModel& camera) {
-  std::vector<MaskPolygon> all = camera.masks;
-  all.insert(all.end(), camera.learnt_masks.begin(), camera.learnt_masks.end());
-  return all;
 }
 
 // Logs the USB bandwidth that the connected cameras need on each controller.
@@ -90,11 +70,18 @@ Result<std::unique_ptr<Publisher>> open_publisher(const settings::DaemonSettings
   return wire::make_zmq_publisher(feed);
 }
 
+// Empty if the configuration has no control endpoint.
+std::string control_endpoint(const settings::DaemonSettings& settings) {
+  if (settings.control.endpoint == "none") return {};
+  return settings.control.endpoint.empty() ? wire::control_beside(settings.publish.endpoint)
+                                           : settings.control.endpoint;
+}
+
 // Null if the configuration has no control endpoint.
 Result<std::unique_ptr<ControlServer>> open_control(const settings::DaemonSettings& settings) {
-  if (settings.control.endpoint == "none") return std::unique_ptr<ControlServer>{};
   wire::ControlSettings listening = settings.control;
-  if (listening.endpoint.empty()) listening.endpoint = wire::control_beside(settings.publish.endpoint);
+  listening.endpoint = control_endpoint(settings);
+  if (listening.endpoint.empty()) return std::unique_ptr<ControlServer>{};
   Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening);
   if (!control) return control.error();
   return std::unique_ptr<ControlServer>(std::move(*control));
@@ -174,12 +161,6 @@ std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& se
   return timecode::make_timecode_source(settings.timecode, settings.nominal_rate_hz);
 }
 
-std::string control_endpoint(const settings::DaemonSettings& settings) {
-  if (settings.control.endpoint == "none") return {};
-  return settings.control.endpoint.empty() ? wire::control_beside(settings.publish.endpoint)
-                                           : settings.control.endpoint;
-}
-
 // Null if this daemon is no node.
 Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& settings) {
   if (!settings.node.on()) return std::unique_ptr<NodeServer>{};
@@ -194,64 +175,6 @@ std::unique_ptr<RigCalibrator> make_calibrator(const settings::DaemonSettings& s
   constexpr int kSolverThreads = 1;
   if (is_replay(settings)) return nullptr;
   return std::make_unique<calibration::PluginCalibrator>(settings.rig, kSolverThreads);
-}
-
-bool plays_take(const cameras::CameraSettings& camera) {
-  const auto* replay = camera.driver.as<cameras::ReplaySettings>();
-  return replay != nullptr && !replay->file.empty();
-}
-
-// Whether blobs arrive from the camera instead of images.
-bool delivers_blobs(const cameras::CameraSettings& camera) {
-  return plays_take(camera) || camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
-}
-
-void deliver_blobs(std::unique_ptr<BlobCamera> camera, runtime::CameraParts& into) {
-  into.make_detector = [camera = camera.get()](const Image&) { return detect::make_delivered_detector(*camera); };
-  into.tracker = detect::make_delivered_tracker();
-  into.camera = std::move(camera);
-}
-
-// Opens the camera with its detector and its 2D tracker.
-Status open_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch, runtime::CameraParts& into) {
-  const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
-  if (plays_take(wanted)) {
-    const auto* replay = wanted.driver.as<cameras::ReplaySettings>();
-    auto camera = take::make_take_camera(id, wanted.name, {replay->file, replay->speed, replay->loop});
-    deliver_blobs(std::move(camera), into);
-    return {};
-  }
-  if (const auto* node = wanted.driver.as<cameras::NodeCameraSettings>()) {
-    Result<std::unique_ptr<BlobCamera>> camera = cameras::make_node_camera(
-        id, wanted.name, *node, {.counters = into.stream.get(), .window = settings.pipeline.align.window});
-    if (!camera) return camera.error();
-    deliver_blobs(std::move(*camera), into);
-    return {};
-  }
-  Result<std::unique_ptr<Camera>> camera = cameras::open_camera(
-      id, wanted, {.rig = &settings.rig, .marker_set = &settings.simulated[id.value], .counters = into.stream.get()});
-  if (!camera) return camera.error();
-  into.camera = std::move(*camera);
-  into.make_detector = [detect = settings::detect_of(settings, id),
-                        masks = masks_of(settings.rig[id.value])](const Image& like) {
-    return detect::make_blob_detector(detect, like.format, like.width_px, like.height_px, masks);
-  };
-  into.tracker = track2d::make_blob_tracker(settings.track_blobs);
-  return {};
-}
-
-Result<runtime::CameraChange> change_camera(const settings::DaemonSettings& before, const settings::DaemonSettings& now,
-                                            CameraId id, Timestamp epoch) {
-  runtime::CameraChange change;
-  change.step = step_of(before, now, id);
-  if (change.step == runtime::CameraStep::Continue) return change;
-  Result<runtime::CameraParts> parts = assemble_camera(now, id, epoch);
-  if (!parts) return parts.error();
-  change.parts = std::move(*parts);
-  if (change.step == runtime::CameraStep::Replace) return change;
-  change.parts.camera.reset();
-  if (settings::same_section(before, now, "track")) change.parts.tracker.reset();
-  return change;
 }
 
 }  // namespace
@@ -294,20 +217,6 @@ std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettin
                                             .still_for = settings.label.still_for};
   return explain::make_search_explainer(thresholds, associate::with_blind_models(settings.rig), settings.subject_models,
                                         settings::load_shipped_marker_sets());
-}
-
-Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {
-  const CameraModel& model = settings.rig[id.value];
-  runtime::CameraParts parts;
-  parts.name = settings.cameras[id.value].name;
-  parts.stream = std::make_unique<StreamCounters>();
-  if (const Status opened = open_camera(settings, id, epoch, parts); !opened) return opened.error();
-  if (is_calibrated(model)) {
-    parts.expected_width_px = model.width_px;
-    parts.expected_height_px = model.height_px;
-  }
-  parts.drawn_masks = model.masks;
-  return parts;
 }
 
 bool is_replay(const settings::DaemonSettings& settings) {
@@ -356,14 +265,6 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   return made;
 }
 
-runtime::CameraStep step_of(const settings::DaemonSettings& before, const settings::DaemonSettings& now, CameraId id) {
-  if (!settings::same_device(before, now, id)) return runtime::CameraStep::Replace;
-  if (before.pipeline.camera_queue_frames != now.pipeline.camera_queue_frames) return runtime::CameraStep::Replace;
-  if (settings::same_processing(before, now, id)) return runtime::CameraStep::Continue;
-  // The detector of delivered blobs belongs to its camera.
-  return delivers_blobs(now.cameras[id.value]) ? runtime::CameraStep::Replace : runtime::CameraStep::Refresh;
-}
-
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
   Handover handover;
   for (std::uint32_t i = 0; i < now.subjects.size(); ++i) {
@@ -390,7 +291,7 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   change.settings.lossless = is_replay(now);
   change.handover = handover_between(before, now);
   for (std::uint32_t i = 0; i < now.cameras.size(); ++i) {
-    Result<runtime::CameraChange> camera = change_camera(before, now, CameraId{i}, epoch);
+    Result<runtime::CameraChange> camera = assemble_camera_change(before, now, CameraId{i}, epoch);
     if (!camera) return camera.error();
     change.cameras.push_back(std::move(*camera));
   }

@@ -21,9 +21,9 @@ struct Assembly {
   Timestamp epoch;  ///< of the simulated cameras
 };
 
-/// Constructs all parts according to the settings, and opens the feed's port and the recording files. This file alone
-/// knows which implementations of the interfaces exist. The settings outlive the assembly. Fails with the error of the
-/// first part that cannot be constructed.
+/// Constructs all parts according to the settings, and opens the feed's port and the recording files. Only assemble.cpp
+/// and assemble_camera.cpp know which implementations of the interfaces exist. The settings outlive the assembly. Fails
+/// with the error of the first part that cannot be constructed.
 Result<Assembly> assemble(const settings::DaemonSettings& settings);
 
 /// Constructs the change of a running pipeline from one configuration to another: only the parts that must differ.
@@ -39,9 +39,8 @@ Description describe(const settings::DaemonSettings& settings, std::string sessi
 /// Whether all images come from recordings, so that the run has the recorded time.
 bool is_replay(const settings::DaemonSettings& settings);
 
-/// The parts of the running configuration that continue in the next one. A camera continues if its step is not Replace.
+/// The parts of the running configuration that continue in the next one.
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now);
-runtime::CameraStep step_of(const settings::DaemonSettings& before, const settings::DaemonSettings& now, CameraId id);
 
 /// Constructs the parts of the fusion, from matcher to skeleton solver, according to the settings.
 fusion::FusionParts assemble_row(const settings::DaemonSettings& settings);
@@ -52,9 +51,5 @@ std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& 
 /// Constructs the explainer of failed searches, with the thresholds of the search and the marker sets of the
 /// installation.
 std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettings& settings);
-
-/// Constructs one camera with its detector and its 2D tracker; opens nothing. The settings outlive the camera. A
-/// simulated camera that runs in real time starts its motion at `epoch`, unless its settings have an epoch.
-Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch);
 
 }  // namespace mocap

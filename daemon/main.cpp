@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -22,11 +21,11 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "reload.h"
-#include "runtime/detection_report.h"
+#include "run_log.h"
 #include "runtime/pipeline.h"
-#include "runtime/realtime.h"
-#include "runtime/service.h"
-#include "runtime/status_line.h"
+#include "runtime/process/realtime.h"
+#include "runtime/process/service.h"
+#include "runtime/report/status_line.h"
 #include "settings/daemon_settings.h"
 #include "settings/example_config.h"
 #include "settings/machine_checks.h"
@@ -75,66 +74,6 @@ class Signals {
   bool from_terminal_;
 };
 
-// Logs the detection reports of all cameras.
-class DetectionLog {
- public:
-  explicit DetectionLog(const settings::DaemonSettings& settings) {
-    for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-      const bool automatic = !settings::detect_of(settings, CameraId{i}).threshold.has_value();
-      cameras_.push_back({"camera " + settings.cameras[i].name, runtime::DetectionReport(automatic)});
-    }
-  }
-
-  void log(const runtime::Pipeline& pipeline, Timestamp now) {
-    for (std::uint32_t i = 0; i < cameras_.size(); ++i) {
-      auto& [who, report] = cameras_[i];
-      for (const auto& line : report.look(runtime::detection_seen(pipeline, CameraId{i}), now)) {
-        line.level == LogLevel::Warn ? log_warn(who, line.what) : log_info(who, line.what);
-      }
-    }
-  }
-
- private:
-  std::vector<std::pair<std::string, runtime::DetectionReport>> cameras_;
-};
-
-// Logs each change of whether a camera's pose agrees with the rig.
-class DriftLog {
- public:
-  explicit DriftLog(const settings::DaemonSettings& settings) : drifted_(settings.cameras.size(), false) {
-    for (const auto& camera : settings.cameras) names_.push_back("camera " + camera.name);
-  }
-
-  void log(const runtime::Pipeline& pipeline) {
-    for (std::uint32_t i = 0; i < names_.size(); ++i) {
-      const runtime::RigGauges& rig = pipeline.rig_gauges(CameraId{i});
-      const bool drifted = rig.drifted.read() > 0.0;
-      if (drifted == drifted_[i]) continue;
-      drifted_[i] = drifted;
-      if (!drifted) {
-        log_info(names_[i], "agrees with the rig again");
-        continue;
-      }
-      log_warn(names_[i], fmt::format("differs from the rig: off={:.1f}px, rotated by {:.2f}deg and moved by {:.0f}mm; "
-                                      "check whether it was bumped (mocap-calibrate verify), and correct the rig with "
-                                      "mocap-calibrate refine",
-                                      rig.off_px.read(), rig.turned_rad.read() * 180.0 / std::numbers::pi,
-                                      1e3 * rig.moved_m.read()));
-    }
-  }
-
- private:
-  std::vector<std::string> names_;
-  std::vector<bool> drifted_;
-};
-
-// The logs of a running configuration.
-struct Logs {
-  explicit Logs(const settings::DaemonSettings& settings) : detection(settings), drift(settings) {}
-  DetectionLog detection;
-  DriftLog drift;
-};
-
 // A request to change the configuration: by SIGHUP, or by an operator who waits for an answer.
 struct ChangeRequest {
   runtime::MainOrder order;
@@ -143,7 +82,7 @@ struct ChangeRequest {
 
 // Watches over a running pipeline: progress for the watchdog, status line, log. Returns nothing at the end of the run
 // or after an end signal.
-std::optional<ChangeRequest> run_until_asked(runtime::Pipeline& pipeline, Logs& logs, runtime::Service& service,
+std::optional<ChangeRequest> run_until_asked(runtime::Pipeline& pipeline, RunLog& log, runtime::Service& service,
                                              const Signals& signals) {
   Timestamp progress_checked_at = host_now();
   Timestamp status_sent_at = progress_checked_at;
@@ -161,13 +100,12 @@ std::optional<ChangeRequest> run_until_asked(runtime::Pipeline& pipeline, Logs& 
     if (now - status_sent_at >= kStatusPeriod) {
       runtime::RunTotals totals = runtime::totals_of(pipeline);
       service.status(runtime::status_line(last_totals, totals, now - status_sent_at));
-      logs.detection.log(pipeline, now);
-      logs.drift.log(pipeline);
+      log.write(pipeline, now);
       last_totals = std::move(totals);
       status_sent_at = now;
     }
   }
-  logs.drift.log(pipeline);
+  log.write_drift(pipeline);
   return std::nullopt;
 }
 
@@ -287,12 +225,12 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
                                  configuration.settings->subjects.size(), configuration.settings->publish.endpoint));
   service.ready(fmt::format("waiting for the images of {} cameras", pipeline.camera_count()));
   Outcome outcome = Outcome::Runs;
-  Logs logs(*configuration.settings);
+  RunLog log(*configuration.settings);
   while (outcome == Outcome::Runs) {
-    const std::optional<ChangeRequest> request = run_until_asked(pipeline, logs, service, signals);
+    const std::optional<ChangeRequest> request = run_until_asked(pipeline, log, service, signals);
     if (!request) break;
     outcome = change_running(pipeline, configuration, *request, assembly->epoch);
-    logs = Logs(*configuration.settings);
+    log = RunLog(*configuration.settings);
   }
   if (outcome != Outcome::Restarts) service.stopping();
   pipeline.stop();

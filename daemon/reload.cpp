@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "assemble.h"
+#include "assemble_camera.h"
 #include "base/log.h"
 #include "settings/rig/kept_rigs.h"
 #include "settings/rig/learnt_masks.h"

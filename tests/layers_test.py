@@ -75,7 +75,7 @@ class TheCheck(unittest.TestCase):
         self.assert_fine("settings/rig/rig_file.cpp", "<toml++/toml.h>")
         self.assert_fine("settings/daemon_settings.h", '"synchronise/frame_aligner.h"')
         self.assert_fine("wire/codec/encode.h", '"mocap/v1/snapshot.pb.h"')
-        self.assert_fine("runtime/service.cpp", "<systemd/sd-daemon.h>")
+        self.assert_fine("runtime/process/service.cpp", "<systemd/sd-daemon.h>")
         self.assert_fine("cameras/v4l2/v4l2_camera.cpp", "<linux/videodev2.h>")
         self.assert_fine("base/wake_signal.cpp", "<linux/futex.h>")
         self.assert_fine("main.cpp", '"runtime/pipeline.h"')

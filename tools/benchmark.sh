@@ -20,10 +20,11 @@ for argument; do
 done
 [ -x "$eval_program" ] || { echo "tools/benchmark.sh: '$eval_program' is missing; build mocap-eval, or set MOCAP_BIN_DIR" >&2; exit 69; }
 result=$(mktemp)
+failed=0
 trap 'rm -f "$result"' EXIT
 began=$(date +%s)
 
-# run TITLE OPTIONS... TAKE: appends the table and the reasons; a take that is missing is told.
+# run TITLE TAKE OPTIONS...: appends the table and the reasons; a take that is missing is told.
 run() {
   title=$1 take=$2
   shift 2
@@ -33,7 +34,7 @@ run() {
   fi
   echo "$title" >&2
   { printf '\n### %s\n\n```\n' "$title"
-    "$eval_program" benchmark labels "$take" --noise "$noise" --seeds "$seeds" --reasons "$@" || echo "failed, exit code $?"
+    "$eval_program" benchmark labels "$take" --noise "$noise" --seeds "$seeds" --reasons "$@" || failed=$?
     printf '```\n'; } >>"$result"
 }
 
@@ -50,6 +51,10 @@ if [ -n "$own" ]; then
   done
 fi
 
+if [ "$failed" != 0 ] || [ ! -s "$result" ]; then
+  echo "tools/benchmark.sh: no take was found, or one failed; tools/eval/BENCHMARK.md is as before" >&2
+  exit 66
+fi
 {
   sed '/^<!-- measured -->$/q' tools/eval/benchmark_protocol.md
   printf '\nMachine: %s, %s cores (load %s at the end). Commit: %s. Noise: %s; %s seed(s). Duration: %s s.\n' \

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "module/blob_writer.h"
-#include "runtime/camera_worker.h"
-#include "runtime/counters.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/pausable.h"
-#include "runtime/recording_progress.h"
+#include "runtime/report/counters.h"
+#include "runtime/report/recording_progress.h"
 
 namespace mocap::runtime {
 

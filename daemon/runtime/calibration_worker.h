@@ -12,7 +12,7 @@
 #include "model/calibration_order.h"
 #include "model/calibration_report.h"
 #include "module/rig_calibrator.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 
 namespace mocap::runtime {
 

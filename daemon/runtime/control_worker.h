@@ -10,7 +10,7 @@
 #include "model/control.h"
 #include "module/control_server.h"
 #include "runtime/calibration_worker.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/take_worker.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "module/search_explainer.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/fusion_worker.h"
 
 namespace mocap::runtime {

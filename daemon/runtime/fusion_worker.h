@@ -11,10 +11,10 @@
 #include "model/search_report.h"
 #include "model/snapshot.h"
 #include "model/timecode_health.h"
-#include "runtime/camera_worker.h"
-#include "runtime/counters.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/pausable.h"
-#include "runtime/realtime.h"
+#include "runtime/process/realtime.h"
+#include "runtime/report/counters.h"
 #include "runtime/runtime_settings.h"
 #include "synchronise/frame_aligner.h"
 

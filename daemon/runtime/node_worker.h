@@ -7,7 +7,7 @@
 
 #include "model/description.h"
 #include "module/node_server.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/pausable.h"
 
 namespace mocap::runtime {

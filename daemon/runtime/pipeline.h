@@ -20,7 +20,7 @@
 #include "module/writer.h"
 #include "runtime/blob_recorder.h"
 #include "runtime/calibration_worker.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/control_channel.h"
 #include "runtime/control_worker.h"
 #include "runtime/explain_worker.h"
@@ -116,8 +116,8 @@ class Pipeline {
   /// needs it. Fails if a part cannot be opened; then the pipeline must be stopped.
   Status change(PipelineChange change);
 
-  /// Returns whether a finite run has ended: every camera ended, every snapshot was sent, and
-  /// the hosts of a node have every image.
+  /// Returns whether a finite run has ended: every camera ended, every snapshot was sent, and the hosts of a node have
+  /// every image.
   bool finished() const noexcept {
     return publish_ended_.load(std::memory_order_acquire) && (!node_worker_ || node_worker_->ended());
   }

@@ -8,7 +8,7 @@
 #include "base/wake_signal.h"
 #include "model/preview.h"
 #include "module/preview_encoder.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 
 namespace mocap::runtime {
 

@@ -5,10 +5,10 @@
 
 #include "model/description.h"
 #include "module/writer.h"
-#include "runtime/counters.h"
 #include "runtime/fusion_worker.h"
 #include "runtime/pausable.h"
-#include "runtime/recording_progress.h"
+#include "runtime/report/counters.h"
+#include "runtime/report/recording_progress.h"
 
 namespace mocap::runtime {
 

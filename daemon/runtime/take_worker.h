@@ -11,7 +11,7 @@
 #include "base/wake_signal.h"
 #include "model/take_news.h"
 #include "module/take_recorder.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "runtime/fusion_worker.h"
 
 namespace mocap::runtime {

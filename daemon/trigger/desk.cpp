@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -12,8 +11,10 @@
 
 #include "base/expects.h"
 #include "model/search_health.h"
+#include "trigger/answers.h"
 #include "trigger/ip4.h"
 #include "trigger/osc_packet.h"
+#include "trigger/receivers.h"
 #include "trigger/repeat_memory.h"
 #include "trigger/strangers.h"
 #include "trigger/xml_packet.h"
@@ -21,11 +22,9 @@
 namespace mocap::trigger {
 namespace {
 
-constexpr std::size_t kMaxOwn = 64;       // packets of our own that are recognised when they come back
 constexpr std::size_t kMaxPending = 64;   // orders without an answer
 constexpr std::size_t kMaxStoppers = 16;  // requests that wait for the end of one take
 constexpr std::size_t kLongestLine = 300;
-constexpr const char* kNoTimecode = "00:00:00.000";  // as Live Link Face sends it
 
 // Text of other programs, safe for a log of lines.
 std::string printable(std::string text) {
@@ -33,11 +32,6 @@ std::string printable(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
   return text;
-}
-
-std::string folder_of(std::string_view path) {
-  const std::size_t slash = path.rfind('/');
-  return std::string(slash == std::string_view::npos ? std::string_view() : path.substr(0, slash));
 }
 
 const char* result_of(TakeState state) {
@@ -78,10 +72,10 @@ struct Ended {
 class Desk final : public TriggerDesk {
  public:
   Desk(const TriggerSettings& settings, std::uint64_t first_packet_id)
-      : settings_(settings), sockets_(sockets_of(settings)), next_packet_id_(first_packet_id) {
+      : settings_(settings),
+        sockets_(sockets_of(settings)),
+        receivers_(settings, sockets_.size() - 1, first_packet_id) {
     for (const std::string& sender : settings_.senders) senders_.insert(*read_address(sender));
-    for (const std::string& receiver : settings_.xml_receivers) xml_receivers_.push_back(*read_peer(receiver));
-    for (const std::string& receiver : settings_.osc_receivers) osc_receivers_.push_back(*read_peer(receiver));
   }
 
   TriggerActions receive(const Datagram& datagram, Timestamp now) override {
@@ -125,7 +119,7 @@ class Desk final : public TriggerDesk {
     const std::string from = address_text(datagram.peer.address);
     const Result<Request> request = read(datagram, protocol);
     if (!request) return line(true, fmt::format("refused a packet from {}: {}", from, request.error().message));
-    if (is_own(*request)) return confirm(*request, from);
+    if (receivers_.is_own(*request)) return confirm(*request, from);
     if (request->verb == Verb::Complete) {
       return line(false, fmt::format("{} has written its file of '{}', {}", from, request->name, request->result));
     }
@@ -149,11 +143,6 @@ class Desk final : public TriggerDesk {
     return !take_ || std::ranges::any_of(take_->stoppers, is_it) ? known : nullptr;
   }
 
-  bool is_own(const Request& request) const {
-    return !request.packet_id.empty() &&
-           std::ranges::find(own_, std::pair(request.packet_id, request.name)) != own_.end();
-  }
-
   // The answer of a receiver, or our own packet that came back.
   void confirm(const Request& request, const std::string& from) {
     if (request.result == "FAIL") {
@@ -164,13 +153,10 @@ class Desk final : public TriggerDesk {
 
   void receive_answer(const Datagram& datagram, Timestamp now) {
     const std::string from = address_text(datagram.peer.address);
-    if (const Result<Request> request = read(datagram, Protocol::Xml); request && is_own(*request)) {
+    if (const Result<Request> request = read(datagram, Protocol::Xml); request && receivers_.is_own(*request)) {
       return confirm(*request, from);
     }
-    const auto is_it = [&](const Peer& receiver) { return receiver.address == datagram.peer.address; };
-    if (!std::ranges::any_of(xml_receivers_, is_it) && !std::ranges::any_of(osc_receivers_, is_it)) {
-      return refuse_stranger(datagram.peer.address, now);
-    }
+    if (!receivers_.contains(datagram.peer.address)) return refuse_stranger(datagram.peer.address, now);
     line(false, fmt::format("{} answers: {}", from, datagram.bytes));
   }
 
@@ -297,9 +283,10 @@ class Desk final : public TriggerDesk {
   }
 
   // Sends an answer, and again for each repeat of the request.
-  void answer(const Caller& caller, std::string bytes) {
-    send_answer(caller.socket, caller.peer, bytes);
-    if (RepeatMemory::Entry* entry = memory_.find(caller.memory)) entry->answers.push_back(std::move(bytes));
+  void answer(const Caller& caller, std::optional<std::string> bytes) {
+    if (!bytes) return;
+    send_answer(caller.socket, caller.peer, *bytes);
+    if (RepeatMemory::Entry* entry = memory_.find(caller.memory)) entry->answers.push_back(*std::move(bytes));
   }
 
   std::string asked(const Caller& caller) const {
@@ -310,64 +297,24 @@ class Desk final : public TriggerDesk {
     const Request& request = caller.request;
     line(false, fmt::format("{}: take '{}'{}", asked(caller), take_->name,
                             take_->waiting ? fmt::format(" in {:.3f} s", to_s(request.delay)) : ""));
-    switch (request.dialect) {
-      case Dialect::Capture:
-        return answer(caller, write_capture({.verb = Verb::Start,
-                                             .name = take_->name,
-                                             .notes = request.notes,
-                                             .description = request.description,
-                                             .database_path = folder_of(take_->path),
-                                             .delay = request.delay,
-                                             .packet_id = request.packet_id}));
-      case Dialect::Osc: return answer(caller, write_osc("/RecordStartConfirm", {kNoTimecode}));
-      case Dialect::CaptureAck:
-      case Dialect::Recording: return answer(caller, write_ack(Verb::Start, request.dialect, {}));
-    }
+    answer(caller, start_answer(request, {take_->name, take_->path}));
   }
 
   void answer_stop(const Caller& caller, const char* result, const std::string& name, const std::string& path) {
-    const Request& request = caller.request;
     line(false, fmt::format("{}: take '{}', {}", asked(caller), name, result));
-    switch (request.dialect) {
-      case Dialect::Capture:
-        return answer(caller, write_capture({.verb = Verb::Stop,
-                                             .result = result,
-                                             .name = name,
-                                             .database_path = folder_of(path),
-                                             .packet_id = request.packet_id}));
-      case Dialect::Osc: return;  // the confirmation names a complete file
-      case Dialect::CaptureAck:
-      case Dialect::Recording: return answer(caller, write_ack(Verb::Stop, request.dialect, {}));
-    }
+    answer(caller, stop_answer(caller.request, result, {name, path}));
   }
 
   // The file is closed and on the disk.
   void complete(const Caller& caller, const char* result, const std::string& name, const std::string& path) {
-    const Request& request = caller.request;
-    if (request.dialect == Dialect::Capture) {
-      answer(caller, write_capture({.verb = Verb::Complete,
-                                    .result = result,
-                                    .name = name,
-                                    .database_path = folder_of(path),
-                                    .packet_id = request.packet_id}));
-    } else if (request.dialect == Dialect::Osc && request.verb != Verb::Start) {
-      answer(caller, write_osc("/RecordStopConfirm", {kNoTimecode, name, path}));
-    }
+    answer(caller, complete_answer(caller.request, result, {name, path}));
     line(false, fmt::format("take '{}' for {}: complete, {}", name, address_text(caller.peer.address), result));
   }
 
   void refuse(const Caller& caller, const std::string& why) {
     const Request& request = caller.request;
     line(true, fmt::format("refused {}: {}", asked(caller), why));
-    if (request.dialect == Dialect::Capture) {
-      answer(caller, write_capture({.verb = Verb::Stop,
-                                    .result = "FAIL",
-                                    .name = request.name,
-                                    .notes = why,
-                                    .packet_id = request.packet_id}));
-    } else if (request.dialect != Dialect::Osc) {
-      answer(caller, write_ack(request.verb, request.dialect, why));
-    }
+    answer(caller, refusal_answer(request, why));
     // The start may arrive after its stop: then a repeat of the stop is executed. A repeat of a start is not, because
     // its sender knows that no take is recorded.
     const bool start = request.verb == Verb::Start;
@@ -379,34 +326,10 @@ class Desk final : public TriggerDesk {
   // --- our own packets ---
 
   void tell(const CapturePacket& packet, const std::set<std::uint32_t>& but) {
-    std::size_t told = 0;
-    for (const Peer& receiver : xml_receivers_) {
-      if (but.contains(receiver.address)) continue;
-      CapturePacket numbered = packet;
-      numbered.packet_id = fmt::format("{}", next_packet_id_);
-      actions_.packets.push_back({sockets_.size() - 1, receiver, write_capture(numbered)});
-      ++told;
-    }
-    if (told > 0) {
-      own_.emplace_back(fmt::format("{}", next_packet_id_++), packet.name);
-      if (own_.size() > kMaxOwn) own_.pop_front();
-    }
-    if (packet.verb != Verb::Complete) told += tell_osc(packet, but);
+    const std::size_t told = receivers_.tell(packet, but, actions_.packets);
     if (told == 0) return;
     line(false,
          fmt::format("told {} receivers: {} of '{}' {}", told, name_of(packet.verb), packet.name, packet.result));
-  }
-
-  std::size_t tell_osc(const CapturePacket& packet, const std::set<std::uint32_t>& but) {
-    const std::string message = packet.verb == Verb::Start ? write_osc("/RecordStart", {packet.name, ++osc_takes_})
-                                                           : write_osc("/RecordStop", {});
-    std::size_t told = 0;
-    for (const Peer& receiver : osc_receivers_) {
-      if (but.contains(receiver.address)) continue;
-      actions_.packets.push_back({sockets_.size() - 1, receiver, message});
-      ++told;
-    }
-    return told;
   }
 
   static CapturePacket packet_of(const Take& take, Verb verb, const char* result) {
@@ -442,7 +365,7 @@ class Desk final : public TriggerDesk {
   const TriggerSettings settings_;
   const std::vector<SocketUse> sockets_;
   std::set<std::uint32_t> senders_;
-  std::vector<Peer> xml_receivers_, osc_receivers_;
+  Receivers receivers_;
   TriggerActions actions_;  // of the call in progress
 
   RepeatMemory memory_;
@@ -451,10 +374,6 @@ class Desk final : public TriggerDesk {
   std::uint64_t orders_ = 0;
   std::optional<Take> take_;
   Ended ended_;
-
-  std::deque<std::pair<std::string, std::string>> own_;  // PacketID and name of our own packets
-  std::uint64_t next_packet_id_;
-  std::int32_t osc_takes_ = 0;
 };
 
 }  // namespace

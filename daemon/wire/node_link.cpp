@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <zmq.h>
 
+#include <algorithm>
+#include <initializer_list>
 #include <utility>
 
 #include "mocap/v1/node.pb.h"
@@ -17,10 +19,11 @@ constexpr int kNodeReconnect_ms = 100;
 constexpr int kNodeReconnectMax_ms = 400;
 constexpr int kNodeHandshake_ms = 2000;
 constexpr int kNodeHeartbeat_ms = 1000;
-constexpr int kImagesWaiting = 64;            // 0.5 s at 120 Hz
-constexpr int kLongestNodeMessage = 1 << 17;  // 512 blobs have 45 kB
-constexpr int kEndLinger_ms = 500;            // for the acknowledgement of the last image
-constexpr std::size_t kLongestText = 400;     // of a refusal: it enters log and health
+constexpr int kImagesWaiting = 64;                              // 0.5 s at 120 Hz
+constexpr int kLongestNodeMessage = 1 << 17;                    // 512 blobs have 45 kB
+constexpr int kEndLinger_ms = 500;                              // for the acknowledgement of the last image
+constexpr std::size_t kLongestText = 400;                       // of a refusal: it enters log and health
+constexpr std::int64_t kMostUptime_ns = std::int64_t{1} << 60;  // 36 years; sums of instants stay in range
 
 NodeCameraState from_wire(v1::NodeEcho::CameraState state) {
   switch (state) {
@@ -28,6 +31,11 @@ NodeCameraState from_wire(v1::NodeEcho::CameraState state) {
     case v1::NodeEcho::ENDED: return NodeCameraState::Ended;
     default: return NodeCameraState::NotYet;
   }
+}
+
+// Whether all are instants of a monotonic clock.
+bool plausible(std::initializer_list<std::int64_t> instants_ns) {
+  return std::ranges::all_of(instants_ns, [](std::int64_t at) { return at >= 0 && at <= kMostUptime_ns; });
 }
 
 // Text of a peer, as one line.
@@ -104,6 +112,9 @@ struct NodeLink::Impl {
     constexpr std::uint32_t kMaxSide_px = 16384;
     const v1::NodeEcho& from = message.echo();
     if (from.width_px() > kMaxSide_px || from.height_px() > kMaxSide_px) return malformed("an impossible image size");
+    if (!plausible({from.called_at_ns(), from.received_at_ns(), from.sent_at_ns()})) {
+      return malformed("an echo with impossible instants");
+    }
     echo.called_at = from_ns(from.called_at_ns());
     echo.received_at = from_ns(from.received_at_ns());
     echo.sent_at = from_ns(from.sent_at_ns());
@@ -117,7 +128,11 @@ struct NodeLink::Impl {
   }
 
   Result<NodeNews> read_image() {
-    Result<BlobFrame> blobs = decode(message.image().blobs());
+    const v1::CameraBlobs& from = message.image().blobs();
+    if (!plausible({from.exposed_at_ns(), from.received_at_ns(), from.detected_at_ns()})) {
+      return malformed("an image with impossible instants");
+    }
+    Result<BlobFrame> blobs = decode(from);
     if (!blobs) return malformed(blobs.error().message);
     image.sequence = message.image().sequence();
     image.blobs = *std::move(blobs);

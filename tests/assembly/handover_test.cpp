@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "assemble.h"
+#include "assemble_camera.h"
 #include "base/wake_signal.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "fusion/fusion.h"
-#include "support/empty_row.h"
+#include "fusion/idle_parts.h"
 
 namespace mocap::fusion {
 namespace handover_test {
@@ -17,7 +17,7 @@ SubjectFit fit_of(SubjectId subject) {
   return fit;
 }
 
-std::unique_ptr<Fusion> empty_fusion() { return std::make_unique<Fusion>(support::empty_row(), 1); }
+std::unique_ptr<Fusion> empty_fusion() { return std::make_unique<Fusion>(fusion::make_idle_parts(), 1); }
 
 const Handover kBehindANewSubject{.subjects = {SubjectId{}, SubjectId{0}}, .cameras = {CameraId{0}}};
 

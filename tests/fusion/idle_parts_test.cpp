@@ -24,5 +24,16 @@ TEST(IdleParts, GiveASnapshotWithViewsAndNothingElse) {
   EXPECT_TRUE(snapshot.unlabelled.empty());
 }
 
+TEST(IdleParts, TheSolverPassesLabelsOn) {
+  IdleSolver solver;
+  Labels labels;
+  labels.push_back({}).subject = SubjectId{3};
+
+  const SolvedSubjects& solved = solver.solve(labels, from_ns(0), {}, {});
+
+  ASSERT_EQ(solved.labels.size(), 1U);
+  EXPECT_EQ(solved.labels[0].subject, SubjectId{3});
+}
+
 }  // namespace idle_parts_test
 }  // namespace mocap::fusion

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fusion/fusion.h"
-#include "support/empty_row.h"
+#include "fusion/idle_parts.h"
 
 namespace mocap::fusion {
 namespace label_propagation_test {
@@ -46,7 +46,7 @@ class ScriptedMatcher : public Matcher {
   Matches matches_;
 };
 
-class OneTrack : public support::EmptyTracker {
+class OneTrack : public fusion::IdleTracker {
  public:
   OneTrack() {
     PredictedMarker& one = predictions_.push_back({});
@@ -59,7 +59,7 @@ class OneTrack : public support::EmptyTracker {
   PredictedMarkers predictions_;
 };
 
-class ScriptedLabeller : public support::EmptyLabeller {
+class ScriptedLabeller : public fusion::IdleLabeller {
  public:
   explicit ScriptedLabeller(Script& script) : script_(script) {
     labelling_.labels.resize(1);
@@ -77,7 +77,7 @@ class ScriptedLabeller : public support::EmptyLabeller {
   Labelling labelling_;
 };
 
-class ScriptedSolver : public support::EmptySolver {
+class ScriptedSolver : public fusion::IdleSolver {
  public:
   explicit ScriptedSolver(Script& script) : script_(script) {
     PredictedMarker& one = predictions_.push_back({});
@@ -89,7 +89,7 @@ class ScriptedSolver : public support::EmptySolver {
                               std::span<const AmbiguousObservation> ambiguous_observations) override {
     script_.has_bearing = rays.size() == 1 && rays[0].label == kLabel;
     script_.ambiguous_observations = ambiguous_observations.size() == 1 && ambiguous_observations[0].label == kLabel;
-    return EmptySolver::solve(labels, at, rays, ambiguous_observations);
+    return IdleSolver::solve(labels, at, rays, ambiguous_observations);
   }
   const PredictedMarkers& predict(Timestamp) override { return predictions_; }
 
@@ -101,7 +101,7 @@ class ScriptedSolver : public support::EmptySolver {
 class LabelPropagation : public testing::Test {
  protected:
   LabelPropagation() {
-    FusionParts parts = support::empty_row();
+    FusionParts parts = fusion::make_idle_parts();
     parts.matcher = std::make_unique<ScriptedMatcher>(script);
     parts.tracker = std::make_unique<OneTrack>();
     parts.labeller = std::make_unique<ScriptedLabeller>(script);

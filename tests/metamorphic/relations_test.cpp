@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "metamorphic/recording.h"
-#include "take/camera_blobs.h"
+#include "wire/codec/camera_blobs.h"
 
 // Metamorphic relations: a change of the input whose effect on the output is known without a truth. Each relation is
 // checked on three scenes.
@@ -185,11 +185,11 @@ TEST_P(Relation, WritingTheBlobsToATakeAndReadingThemChangesNothing) {
   Recording changed = original();
   for (BlobFrame& frame : changed.frames) {
     v1::CameraBlobs message;
-    take::encode(frame, message);
+    wire::encode(frame, message);
     v1::CameraBlobs read;
     ASSERT_TRUE(read.ParseFromString(message.SerializeAsString()));
     const CameraId camera = frame.camera;
-    const Result<BlobFrame> decoded = take::decode(read);
+    const Result<BlobFrame> decoded = wire::decode(read);
     ASSERT_TRUE(decoded.has_value());
     frame = *decoded;
     frame.camera = camera;

@@ -1,4 +1,4 @@
-#include "runtime/camera_faults.h"
+#include "runtime/camera/camera_faults.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "runtime/counters.h"
+#include "runtime/report/counters.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "runtime/detection_report.h"
+#include "runtime/camera/detection_report.h"
 
 #include <gtest/gtest.h>
 

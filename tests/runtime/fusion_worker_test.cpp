@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "fusion/idle_parts.h"
 #include "runtime/control_channel.h"
-#include "support/empty_row.h"
 
 namespace mocap::runtime {
 namespace fusion_worker_test {
@@ -18,7 +18,7 @@ using std::chrono::milliseconds;
 constexpr Timestamp kStart = from_ns(1'000'000'000);
 
 /// Labels nothing. Records the orders, and requests a stop after each step, so that a live worker ends by itself.
-class RecordingLabeller : public support::EmptyLabeller {
+class RecordingLabeller : public fusion::IdleLabeller {
  public:
   struct Calls {
     std::vector<std::string> orders;
@@ -28,7 +28,7 @@ class RecordingLabeller : public support::EmptyLabeller {
   explicit RecordingLabeller(Calls& calls) : calls_(calls) {}
   const Labelling& label(const TrackedMarkers& tracked, const Predictions& predicted) override {
     calls_.stop.request_stop();
-    return EmptyLabeller::label(tracked, predicted);
+    return IdleLabeller::label(tracked, predicted);
   }
   void reset(SubjectId subject) override { calls_.orders.push_back("reset " + std::to_string(subject.value)); }
   void set_away(SubjectId subject, bool away) override {
@@ -67,7 +67,7 @@ struct Queues {
   }
 
   void run(const FusionWorkerSettings& settings) {
-    fusion::FusionParts parts = support::empty_row();
+    fusion::FusionParts parts = fusion::make_idle_parts();
     parts.labeller = std::make_unique<RecordingLabeller>(calls);
     FusionWorker worker({}, std::make_unique<fusion::Fusion>(std::move(parts), 2), settings,
                         {{&west, &east}, &publish, &side, &takes, &wake, &control, nullptr, &timecode}, counters);

@@ -1,4 +1,4 @@
-#include "runtime/latency.h"
+#include "runtime/report/latency.h"
 
 #include <gtest/gtest.h>
 

@@ -20,6 +20,7 @@ struct Seen {
   std::atomic<bool> has_room{true};
   std::atomic<bool> acknowledges{false};
   std::atomic<std::uint32_t> width_px{0};
+  std::atomic<std::uint64_t> served{0};
 };
 
 class FakeServer : public NodeServer {
@@ -28,6 +29,7 @@ class FakeServer : public NodeServer {
   void serve(const std::vector<NodeCamera>& cameras, Duration /*patience*/) override {
     seen_.width_px = cameras.at(1).width_px;
     seen_.ended = cameras.at(1).state == NodeCameraState::Ended;
+    ++seen_.served;
     std::this_thread::yield();
   }
   NodeSend send(const BlobFrame& frame) override {
@@ -90,6 +92,9 @@ TEST_F(NodeThread, KeepsTheImagesOfARecordingUntilThereIsRoom) {
   start(true);
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(second.to_node->try_push(BlobFrame{}));
   second.delivery = Delivery::Ended;
+
+  const std::uint64_t served = seen.served;
+  ASSERT_TRUE(until([&] { return seen.served > served + 2; }));
 
   EXPECT_EQ(seen.sent, 0U);
   EXPECT_FALSE(seen.ended);

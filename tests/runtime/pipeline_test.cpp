@@ -5,8 +5,8 @@
 #include <atomic>
 #include <thread>
 
-#include "runtime/status_line.h"
-#include "support/empty_row.h"
+#include "fusion/idle_parts.h"
+#include "runtime/report/status_line.h"
 #include "support/scripted_camera.h"
 
 namespace mocap::runtime {
@@ -135,7 +135,7 @@ PipelineParts parts(std::vector<std::deque<std::vector<Step>>> scripts, Sent& se
     model.name = "camera" + std::to_string(i);
     made.description.cameras.push_back(model);
   }
-  made.fusion = std::make_unique<fusion::Fusion>(support::empty_row(), static_cast<std::uint32_t>(scripts.size()));
+  made.fusion = std::make_unique<fusion::Fusion>(fusion::make_idle_parts(), static_cast<std::uint32_t>(scripts.size()));
   made.publisher = std::make_unique<MemoryPublisher>(sent);
   return made;
 }

@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "runtime/preview_slot.h"
+#include "runtime/camera/preview_slot.h"
 #include "runtime/preview_worker.h"
 
 namespace mocap::runtime {

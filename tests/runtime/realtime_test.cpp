@@ -1,4 +1,4 @@
-#include "runtime/realtime.h"
+#include "runtime/process/realtime.h"
 
 #include <gtest/gtest.h>
 #include <malloc.h>

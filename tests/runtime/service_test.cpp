@@ -1,4 +1,4 @@
-#include "runtime/service.h"
+#include "runtime/process/service.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -1,4 +1,4 @@
-#include "runtime/status_line.h"
+#include "runtime/report/status_line.h"
 
 #include <gmock/gmock.h>
 

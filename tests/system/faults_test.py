@@ -9,7 +9,7 @@ import time
 import unittest
 
 from cable import THERE, other_network
-from harness import BIN, SOURCE, Desk
+from harness import BIN, GIGE_OF_DEMO_RIG, SOURCE, Desk
 
 CONFIG = """
 [capture]
@@ -27,19 +27,7 @@ name = "actor"
 marker_set = "{source}/config/markersets/openmocap18.toml"
 """
 
-CAMERA = """
-[[camera]]
-name = "cam{number}"
-driver = "aravis"
-address = "127.0.0.{host}"
-width_px = 640
-height_px = 480
-rate_hz = 30
-exposure_us = 500
-packet_socket = false
-packet_size_bytes = 8000
-{more}
-"""
+CAMERA = GIGE_OF_DEMO_RIG + "{more}\n"
 
 ROUNDS = int(os.environ.get("MOCAP_REPLUG_ROUNDS", "3"))
 
@@ -52,7 +40,7 @@ class Faults(unittest.TestCase):
     def daemon(self, more=None):
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         for number in range(1, 5):
-            text += CAMERA.format(number=number, host=number + 1, more=(more or {}).get(number, ""))
+            text += CAMERA.format(number=number, address=number + 1, more=(more or {}).get(number, ""))
         return self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
 
     def simulate(self, *more):
@@ -189,7 +177,7 @@ class Faults(unittest.TestCase):
         self.simulate_each()
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         for number in range(1, 5):
-            camera = CAMERA.format(number=number, host=number + 1, more="")
+            camera = CAMERA.format(number=number, address=number + 1, more="")
             text += camera.replace("width_px = 640\nheight_px = 480\n", 'features = { Width = 320 }\n') if number == 2 else camera
         daemon = self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))
 
@@ -201,7 +189,7 @@ class Faults(unittest.TestCase):
             self.wait_for_log(camera, "served address=")
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint)
         for number in range(1, 5):
-            text += CAMERA.format(number=number, host=number + 1, more="")
+            text += CAMERA.format(number=number, address=number + 1, more="")
         config = self.desk.write("mocapd.toml", text)
 
         described = self.desk.run("mocapctl", "cameras", "describe", "127.0.0.2", "--json")
@@ -271,7 +259,7 @@ class Cable(unittest.TestCase):
                                 "--first-address", THERE], stderr=subprocess.DEVNULL)
         self.addCleanup(sim.wait)
         self.addCleanup(sim.terminate)
-        camera = CAMERA.format(number=1, host=0, more="").replace("127.0.0.0", THERE).replace(
+        camera = CAMERA.format(number=1, address=0, more="").replace("127.0.0.0", THERE).replace(
             "packet_socket = false\npacket_size_bytes = 8000\n", "").replace("rate_hz = 30", "rate_hz = 60")
         text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint) + camera
         daemon = self.desk.start("mocapd", "--config", self.desk.write("mocapd.toml", text))

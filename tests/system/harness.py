@@ -34,6 +34,13 @@ packet_socket = false
 packet_size_bytes = 8000
 """
 
+# As the simulated cameras of config/demo.rig.toml. Further keys may follow.
+GIGE_OF_DEMO_RIG = GIGE + """width_px = 640
+height_px = 480
+rate_hz = 30
+exposure_us = 500
+"""
+
 
 def until(holds, what, timeout_s=120):
     """Waits until `holds` returns something true, and returns it. `what`: for the message of a failure."""

@@ -5,7 +5,7 @@ import subprocess
 import unittest
 
 from cable import THERE, other_network
-from harness import BIN, SOURCE, Desk, free_port, until
+from harness import BIN, GIGE_OF_DEMO_RIG, SOURCE, Desk, free_port, until
 
 SUBJECT = f"""
 [[subject]]
@@ -45,19 +45,6 @@ rate_hz = 30
 marker_set = "{source}/config/markersets/openmocap18.toml"
 """
 
-GIGE = """
-[[camera]]
-name = "cam{number}"
-driver = "aravis"
-address = "127.0.0.{host}"
-width_px = 640
-height_px = 480
-rate_hz = 30
-exposure_us = 500
-packet_socket = false
-packet_size_bytes = 8000
-"""
-
 REMOTE = """
 [[camera]]
 name = "cam{number}"
@@ -91,7 +78,7 @@ class Nodes(unittest.TestCase):
 
     @staticmethod
     def cameras(template, name):
-        return "".join(template.format(number=number, host=number + 1, source=SOURCE) for number in ((1, 2) if name == "left" else (3, 4)))
+        return "".join(template.format(number=number, address=number + 1, source=SOURCE) for number in ((1, 2) if name == "left" else (3, 4)))
 
 
 class RecordedNodes(Nodes):
@@ -127,8 +114,8 @@ class LiveNodes(Nodes):
 
     def test_a_killed_node_takes_no_set_from_the_others_and_comes_back(self):
         self.serve_cameras()
-        left = self.start_node("left", self.cameras(GIGE, "left"))
-        self.start_node("right", self.cameras(GIGE, "right"))
+        left = self.start_node("left", self.cameras(GIGE_OF_DEMO_RIG, "left"))
+        self.start_node("right", self.cameras(GIGE_OF_DEMO_RIG, "right"))
         host = self.desk.start("mocapd", "--config", self.desk.write("host.toml", self.host_config()))
         feed = self.desk.watch()
         self.views(feed, 4, "sets of four views")
@@ -141,13 +128,13 @@ class LiveNodes(Nodes):
         span_s = (int(last["instants"]["exposedAtNs"]) - int(first["instants"]["exposedAtNs"])) / 1e9
         self.assertGreaterEqual(int(last["number"]) - int(first["number"]), round(30 * span_s))
 
-        self.start_node("left", self.cameras(GIGE, "left"))
+        self.start_node("left", self.cameras(GIGE_OF_DEMO_RIG, "left"))
         self.views(feed, 4, "sets of four views again")
 
     def test_an_operator_changes_the_exposure_of_a_nodes_camera_through_the_host(self):
         self.serve_cameras()
-        left = self.start_node("left", self.cameras(GIGE, "left"))
-        self.start_node("right", self.cameras(GIGE, "right"))
+        left = self.start_node("left", self.cameras(GIGE_OF_DEMO_RIG, "left"))
+        self.start_node("right", self.cameras(GIGE_OF_DEMO_RIG, "right"))
         self.desk.start("mocapd", "--config", self.desk.write("host.toml", self.host_config()))
         self.views(self.desk.watch(), 4, "sets of four views")
 

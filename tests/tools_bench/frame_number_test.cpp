@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bench/bridges/people_feed.h"
-#include "bench/snapshot_number.h"
+#include "bench/feed/snapshot_number.h"
 #include "bridges/natnet/packets.h"
 #include "bridges/rokoko/scene.h"
 #include "bridges/vmc/vmc.h"

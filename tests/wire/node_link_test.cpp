@@ -6,12 +6,14 @@
 #include <zmq.h>
 
 #include <atomic>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "mocap/v1/node.pb.h"
 #include "support/temporary_folder.h"
 #include "wire/zmq_node_server.h"
 #include "wire/zmq_socket.h"
@@ -249,6 +251,45 @@ TEST(NodeLink, SurvivesMalformedMessagesOnBothSides) {
     refused += next.error().code == ErrorCode::Io ? 1 : 0;
   }
   EXPECT_EQ(refused, 3U);
+}
+
+std::string echo_at(std::int64_t sent_at_ns) {
+  v1::NodeMessage message;
+  message.mutable_echo()->set_sent_at_ns(sent_at_ns);
+  return message.SerializeAsString();
+}
+
+std::string image_exposed_at(std::int64_t exposed_at_ns) {
+  v1::NodeMessage message;
+  message.mutable_image()->mutable_blobs()->set_exposed_at_ns(exposed_at_ns);
+  return message.SerializeAsString();
+}
+
+// The fault that a host finds in this message of a node.
+std::string fault_in(const std::string& bytes) {
+  ZmqContext context;
+  ZmqSocket liar;
+  EXPECT_TRUE(liar.open(context, ZMQ_DEALER, "liar"));
+  EXPECT_TRUE(liar.set(ZMQ_LINGER, 0));
+  EXPECT_EQ(zmq_bind(liar.get(), "tcp://127.0.0.1:*"), 0);
+  const auto deceived = link_to(liar.last_endpoint());
+  const Timestamp until = host_now() + kLong;
+  while (host_now() < until) {
+    zmq_send(liar.get(), bytes.data(), bytes.size(), ZMQ_DONTWAIT);
+    const Result<NodeNews> next = deceived->next(milliseconds(20));
+    if (next) return "accepted";
+    if (next.error().code != ErrorCode::Timeout) return next.error().message;
+  }
+  return "nothing was received";
+}
+
+TEST(NodeLink, RefusesInstantsThatNoClockHas) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+
+  for (const std::string& bytes : {echo_at(kMost), echo_at(-1), image_exposed_at(kMost), image_exposed_at(-kMost)}) {
+    EXPECT_THAT(fault_in(bytes), HasSubstr("impossible instants"));
+  }
+  EXPECT_EQ(fault_in(echo_at(1)), "accepted");
 }
 
 TEST(NodeServer, RefusesAnEndpointThatOtherMachinesReachWithoutKeys) {

@@ -1,4 +1,4 @@
-#include "nodes_bench.h"
+#include "bench/nodes_bench.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "assemble.h"
-#include "at_share.h"
 #include "base/exit_codes.h"
+#include "bench/at_share.h"
 #include "cameras/node/node_settings.h"
 #include "lib/simworld/fuse_world.h"
 #include "settings/subject/marker_set_file.h"

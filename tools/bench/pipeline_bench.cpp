@@ -1,4 +1,4 @@
-#include "pipeline_bench.h"
+#include "bench/pipeline_bench.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "scene_cameras.h"
+#include "bench/scene_cameras.h"
 
 #include <algorithm>
 #include <memory>

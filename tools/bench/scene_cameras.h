@@ -11,7 +11,7 @@
 #include "lib/simworld/scene_file.h"
 #include "lib/simworld/scene_world.h"
 #include "model/ids.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 
 namespace mocap::bench {
 

@@ -1,4 +1,4 @@
-#include "take_bench.h"
+#include "bench/take_bench.h"
 
 #include <fmt/format.h>
 
@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "assemble.h"
-#include "at_share.h"
 #include "base/exit_codes.h"
 #include "base/literal_text.h"
+#include "bench/at_share.h"
 #include "lib/retrack/retrack.h"
 #include "module/control_server.h"
 #include "settings/rig/rig_file.h"

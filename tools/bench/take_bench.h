@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "base/result.h"
+#include "bench/scene_cameras.h"
 #include "lib/cli/app.h"
-#include "scene_cameras.h"
 
 namespace mocap::bench {
 

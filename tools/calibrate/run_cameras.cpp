@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-#include "assemble.h"
+#include "assemble_camera.h"
 #include "cameras/replay/replay_settings.h"
 
 namespace mocap::calibrate {

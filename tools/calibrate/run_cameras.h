@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "model/frame.h"
-#include "runtime/camera_worker.h"
+#include "runtime/camera/camera_worker.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap::calibrate {

@@ -20,7 +20,7 @@ struct Role {
   std::array<double, 2> place_m;
 };
 
-// Bodies of different marker sets: nothing but the labels may decide who is who.
+// Two people with different marker sets.
 constexpr std::array kRoles{Role{"one", "baseline41", "walk:4,wave:3,walk", {0.6, 0.5}},
                             Role{"two", "openmocap18", "wave:3,walk", {-0.7, -0.5}}};
 

@@ -70,7 +70,7 @@ def _option(name, summary):
 
 def _subcommands(text):
     """The pairs (name, summary) of the subcommands, as CLI11 or run_command lists them."""
-    return [entry for entry in _entries(_block(text, r"Subcommands:|usage: \S+ COMMAND.*")) if re.match(r"[a-z]", entry[0])]
+    return [entry for entry in _entries(_block(text, r"Subcommands:|usage: [\w -]+ COMMAND.*")) if re.match(r"[a-z]", entry[0])]
 
 
 def help_text(program, words):

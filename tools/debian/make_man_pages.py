@@ -23,7 +23,7 @@ from command_help import help_text, programs_in
 def gnu_help(text):
     """The help text without its examples in the layout that help2man reads: a capital Usage:, and ", " between names."""
     text = text.partition("\nexamples:\n")[0] + "\n"
-    text = re.sub(r"^usage: (\S+ COMMAND \[options\]).*$", r"Usage: \1\n\nCommands:", text, flags=re.MULTILINE)
+    text = re.sub(r"^usage: ([\w -]+ COMMAND \[options\]).*$", r"Usage: \1\n\nCommands:", text, flags=re.MULTILINE)
     return re.sub(r"^(  -\w),(--\S+) ?", r"\1, \2", text, flags=re.MULTILINE)
 
 

@@ -1,4 +1,4 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,29 +21,32 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kBenchmarkLabelsExamples =
-    "The points of a labelled recording lose their labels, get noise, and are tracked and labelled by the daemon's "
-    "own\n"
-    "steps (3D tracks, labels, skeleton), live. Points take the place of triangulated markers: no camera is "
-    "simulated.\n"
-    "\n"
-    "modes: given (body fitted to the take), static (body fitted to --static), calibrated (body learnt from a "
-    "T-pose),\n"
-    "cold (marker set only; the daemon needs a T-pose or A-pose, which most takes lack: 0 then).\n"
-    "noise: none, soma (each frame 0 to 4 hidden, ghosts), hidden5 (exactly 5), cuts50 (soma, 50 cut tracks), studio\n"
-    "(0.65 % hidden in rare long gaps), uniform10 and uniform30 (hidden for 0.5 s each).\n"
-    "\n"
-    "macro F1, precision and recall are means over all labels and the label of no marker; label recall and precision\n"
-    "count points. The column \"since 1\" is macro F1 from the first frame with a label on.\n"
-    "\n"
-    "examples:\n"
-    "  mocap-eval benchmark labels walk.c3d dance.trc --noise soma,studio --modes given,calibrated\n"
-    "  mocap-eval benchmark labels move.c3d --static t-pose.c3d --modes static --reasons\n"
-    "  mocap-eval benchmark labels roll.c3d --marker-set segments62.toml --json --svg labels.svg\n";
+    R"(The points of a labelled recording lose their labels, get noise, and are tracked
+and labelled by the daemon's own steps (3D tracks, labels, skeleton), live.
+Points take the place of triangulated markers: no camera is simulated.
+
+modes: given (body fitted to the take), static (body fitted to --static),
+calibrated (body learnt from a T-pose), cold (marker set only; the daemon needs
+a T-pose or A-pose, which most takes lack: 0 then).
+noise: none, soma (each frame 0 to 4 hidden, ghosts), hidden5 (exactly 5),
+cuts50 (soma, 50 cut tracks), studio (0.65 % hidden in rare long gaps),
+uniform10 and uniform30 (hidden for 0.5 s each).
+
+macro F1, precision and recall are means over all labels and the label of no
+marker; label recall and precision count points. The column "since 1" is macro
+F1 from the first frame with a label on.
+
+examples:
+  mocap-eval benchmark labels a.c3d b.trc --noise soma,studio --modes given
+  mocap-eval benchmark labels move.c3d --static t.c3d --modes static --reasons
+  mocap-eval benchmark labels roll.c3d --marker-set m.toml --json --svg f1.svg
+)";
 
 struct BenchmarkLabelsOptions {
   std::vector<std::string> takes;
-  std::string static_trial, marker_set, noise = "none,soma,hidden5,cuts50,studio,uniform10,uniform30",
-                                        modes = "given,calibrated,cold";
+  std::string static_trial, marker_set;
+  std::string noise = fmt::format("{}", fmt::join(benchmark::kNoiseNames, ","));
+  std::string modes = "given,calibrated,cold";
   std::uint64_t first_seed = 1;
   int seeds = 1;
   bool json = false, reasons = false;
@@ -71,13 +74,12 @@ Result<BenchmarkCase> case_of(const std::string& mode_name, const std::string& n
   const auto mode = benchmark::mode_named(mode_name);
   if (!mode) {
     return Error{ErrorCode::InvalidArgument,
-                 fmt::format("--modes: '{}', expected given, static, calibrated or cold", mode_name)};
+                 fmt::format("--modes: '{}', expected {}", mode_name, fmt::join(benchmark::kModeNames, ", "))};
   }
   const auto noise = benchmark::noise_named(noise_name);
   if (!noise) {
-    return Error{
-        ErrorCode::InvalidArgument,
-        fmt::format("--noise: '{}', expected none, soma, hidden5, cuts50, studio, uniform10 or uniform30", noise_name)};
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("--noise: '{}', expected {}", noise_name, fmt::join(benchmark::kNoiseNames, ", "))};
   }
   return BenchmarkCase{"", *mode, noise_name, 0, {}, {}};
 }

@@ -22,7 +22,7 @@ constexpr Duration kAnswerPatience = std::chrono::milliseconds(300);
 constexpr Duration kNodeSilent = std::chrono::seconds(2);
 // The node's camera restarts with the new values. Images wait meanwhile.
 constexpr Duration kAdjustPatience = std::chrono::seconds(3);
-// An uncertain clock becomes certain with the next echoes; after this time the operator is told.
+// Images are left out while the clock is uncertain; if it stays so for this time, the camera fails with the reason.
 constexpr Duration kUncertainFor = std::chrono::seconds(1);
 
 class RemoteCamera final : public BlobCamera {

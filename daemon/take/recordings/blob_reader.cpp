@@ -12,6 +12,7 @@
 #include "mocap/v1/blobs.pb.h"
 #include "take/recordings/blob_format.h"
 #include "take/recordings/blob_recording.h"
+#include "wire/codec/blob_columns.h"
 
 namespace mocap::take {
 namespace {
@@ -93,10 +94,7 @@ class Reader {
     if (picture.camera() >= recording_.cameras.size())
       return damaged(from, fmt::format("an image of camera {} of {}", picture.camera(), recording_.cameras.size()));
     const int n = picture.x_px_size();
-    const bool alike = picture.y_px_size() == n && picture.sigma_px_size() == n && picture.area_px2_size() == n &&
-                       picture.peak_size() == n && picture.roundness_size() == n && picture.axis_rad_size() == n &&
-                       picture.saturated_size() == n && picture.flags_size() == n;
-    if (!alike || n > static_cast<int>(kMaxBlobs))
+    if (!wire::columns_agree(picture) || n > static_cast<int>(kMaxBlobs))
       return damaged(from, "columns of different length, or more blobs than an image may have");
     auto& pictures = recording_.pictures[picture.camera()];
     RecordedPicture one{picture.number(), from_ns(picture.exposed_at_ns()), {}};
@@ -104,16 +102,7 @@ class Reader {
       return damaged(from, fmt::format("an image of camera '{}' that is not later than the one before",
                                        recording_.cameras[picture.camera()].name));
     for (int i = 0; i < n; ++i) {
-      Blob blob;
-      blob.centroid.v = {picture.x_px(i), picture.y_px(i)};
-      blob.sigma_px = picture.sigma_px(i);
-      blob.area_px2 = picture.area_px2(i);
-      blob.peak = picture.peak(i);
-      blob.roundness = picture.roundness(i);
-      blob.axis_rad = picture.axis_rad(i);
-      blob.saturated = picture.saturated(i);
-      blob.touches_border = (picture.flags(i) & kTouchesBorder) != 0;
-      blob.merged = (picture.flags(i) & kMerged) != 0;
+      const Blob blob = wire::blob_at(picture, i);
       if (!blob.centroid.v.allFinite() || !std::isfinite(blob.sigma_px) || !(blob.sigma_px > 0.0))
         return damaged(from, "a blob without a valid position or sigma");
       one.blobs.push_back(blob);

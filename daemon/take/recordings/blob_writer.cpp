@@ -4,6 +4,7 @@
 #include "take/recordings/blob_format.h"
 #include "take/recordings/blob_recording.h"
 #include "take/recordings/output_file.h"
+#include "wire/codec/blob_columns.h"
 
 namespace mocap::take {
 namespace {
@@ -32,17 +33,7 @@ class BlobFile final : public BlobWriter {
     picture_.set_camera(frame.camera.value);
     picture_.set_number(frame.number);
     picture_.set_exposed_at_ns(to_ns(frame.exposed_at));
-    for (const Blob& blob : frame.blobs) {
-      picture_.add_x_px(blob.centroid.v.x());
-      picture_.add_y_px(blob.centroid.v.y());
-      picture_.add_sigma_px(static_cast<float>(blob.sigma_px));
-      picture_.add_area_px2(static_cast<float>(blob.area_px2));
-      picture_.add_peak(static_cast<float>(blob.peak));
-      picture_.add_roundness(static_cast<float>(blob.roundness));
-      picture_.add_axis_rad(static_cast<float>(blob.axis_rad));
-      picture_.add_saturated(static_cast<float>(blob.saturated));
-      picture_.add_flags((blob.touches_border ? kTouchesBorder : 0U) | (blob.merged ? kMerged : 0U));
-    }
+    for (const Blob& blob : frame.blobs) wire::add_blob(picture_, blob);
     picture_.SerializeToString(&bytes_);
     return file_.append_delimited(bytes_);
   }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "wire/codec/blob_flags.h"
+#include "wire/codec/blob_columns.h"
 
 namespace mocap::wire {
 
@@ -16,24 +16,14 @@ void encode(const BlobFrame& from, v1::CameraBlobs& into) {
   into.set_received_at_ns(to_ns(from.received_at));
   into.set_detected_at_ns(to_ns(from.detected_at));
   for (const Blob& blob : from.blobs) {
-    into.add_x_px(blob.centroid.v.x());
-    into.add_y_px(blob.centroid.v.y());
-    into.add_sigma_px(blob.sigma_px);
-    into.add_area_px2(blob.area_px2);
-    into.add_peak(blob.peak);
-    into.add_roundness(blob.roundness);
-    into.add_axis_rad(blob.axis_rad);
-    into.add_saturated(blob.saturated);
-    into.add_flags((blob.touches_border ? kTouchesBorder : 0U) | (blob.merged ? kMerged : 0U));
+    add_blob(into, blob);
     into.add_track_ids_plus_one(blob.track.value + 1);  // no track: the largest value becomes 0
   }
 }
 
 Result<BlobFrame> decode(const v1::CameraBlobs& from) {
   const int n = from.x_px_size();
-  const bool alike = from.y_px_size() == n && from.sigma_px_size() == n && from.area_px2_size() == n &&
-                     from.peak_size() == n && from.roundness_size() == n && from.axis_rad_size() == n &&
-                     from.saturated_size() == n && from.flags_size() == n && from.track_ids_plus_one_size() == n;
+  const bool alike = columns_agree(from) && from.track_ids_plus_one_size() == n;
   if (!alike || n > static_cast<int>(kMaxBlobs) || from.camera() >= kMaxCameras) {
     return Error{ErrorCode::InvalidArgument,
                  fmt::format("blobs of camera {}: columns of different length, over {} blobs, or over {} cameras",
@@ -46,16 +36,7 @@ Result<BlobFrame> decode(const v1::CameraBlobs& from) {
   into.received_at = from_ns(from.received_at_ns());
   into.detected_at = from_ns(from.detected_at_ns());
   for (int i = 0; i < n; ++i) {
-    Blob blob;
-    blob.centroid.v = {from.x_px(i), from.y_px(i)};
-    blob.sigma_px = from.sigma_px(i);
-    blob.area_px2 = from.area_px2(i);
-    blob.peak = from.peak(i);
-    blob.roundness = from.roundness(i);
-    blob.axis_rad = from.axis_rad(i);
-    blob.saturated = from.saturated(i);
-    blob.touches_border = (from.flags(i) & kTouchesBorder) != 0;
-    blob.merged = (from.flags(i) & kMerged) != 0;
+    Blob blob = blob_at(from, i);
     blob.track = BlobTrackId{from.track_ids_plus_one(i) - 1};
     const bool valid = blob.centroid.v.allFinite() && std::isfinite(blob.sigma_px) && blob.sigma_px > 0.0 &&
                        std::isfinite(blob.area_px2) && std::isfinite(blob.peak) && std::isfinite(blob.roundness) &&

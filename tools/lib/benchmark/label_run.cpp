@@ -16,11 +16,6 @@ constexpr double kTPose_s = 1.0;
 constexpr double kAway_s = 0.5;
 constexpr Timestamp kBegin = from_ns(1'000'000'000);
 
-constexpr std::pair<std::string_view, BodyKnown> kModes[] = {{"given", BodyKnown::Given},
-                                                             {"static", BodyKnown::Static},
-                                                             {"calibrated", BodyKnown::Calibrated},
-                                                             {"cold", BodyKnown::Cold}};
-
 // CPU time of this thread, s.
 double thread_s() {
   timespec now{};
@@ -86,14 +81,12 @@ void count_withheld(const NoisyFrame& frame, const std::vector<int>& given, cons
 }  // namespace
 
 std::optional<BodyKnown> mode_named(std::string_view name) {
-  const auto found = std::ranges::find(kModes, name, [](const auto& mode) { return mode.first; });
-  if (found == std::end(kModes)) return std::nullopt;
-  return found->second;
+  const auto found = std::ranges::find(kModeNames, name);
+  if (found == std::end(kModeNames)) return std::nullopt;
+  return static_cast<BodyKnown>(found - std::begin(kModeNames));
 }
 
-std::string_view text_of(BodyKnown mode) {
-  return std::ranges::find(kModes, mode, [](const auto& one) { return one.second; })->first;
-}
+std::string_view text_of(BodyKnown mode) { return kModeNames[static_cast<std::size_t>(mode)]; }
 
 Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   const auto subject = subject_of(clip, wanted);

@@ -23,7 +23,9 @@ enum class BodyKnown {
   Cold,        ///< the marker set only: today's daemon labels such a person from a T-pose or an A-pose on
 };
 
-/// The mode by name: given, static, calibrated, cold.
+/// In the order of BodyKnown.
+inline constexpr std::string_view kModeNames[] = {"given", "static", "calibrated", "cold"};
+/// The mode by name.
 std::optional<BodyKnown> mode_named(std::string_view name);
 std::string_view text_of(BodyKnown mode);
 

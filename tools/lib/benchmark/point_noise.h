@@ -13,7 +13,8 @@ namespace mocap::benchmark {
 /// Noise of a point cloud. All zero: the points of the recording.
 ///
 /// Hidden markers, ghosts, cuts and shuffled points follow the description of SOMA's training and test noise (Ghorbani
-/// and Black, "SOMA: Solving Optical Marker-Based MoCap Automatically", ICCV 2021), rebuilt without its code.
+/// and Black, "SOMA: Solving Optical Marker-Based MoCap Automatically", ICCV 2021); the probability of a ghost was
+/// compared with its public code.
 struct PointNoise {
   int hidden_min = 0, hidden_max = 0;  ///< markers hidden in each frame, independent of other frames; uniform
   int ghost_channels = 0;  ///< each is present with probability (8/9)^3, at a normal position with the median and the

@@ -10,7 +10,7 @@ namespace mocap::cli {
 namespace {
 
 void print_usage(std::FILE* to, const Program& program) {
-  std::fprintf(to, "usage: %s COMMAND [options]    (see %s COMMAND --help)\n\n", program.name, program.name);
+  std::fprintf(to, "usage: %s COMMAND [options]    (COMMAND --help)\n\n", program.name);
   for (const Command& command : program.commands) std::fprintf(to, "  %-10s %s\n", command.name, command.summary);
 }
 

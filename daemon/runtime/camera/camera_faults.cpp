@@ -1,0 +1,49 @@
+#include "runtime/camera/camera_faults.h"
+
+#include <fmt/format.h>
+
+#include "base/log.h"
+
+namespace mocap::runtime {
+namespace {
+
+constexpr Duration kRepeatFaultAfter = std::chrono::minutes(1);
+
+struct Message {
+  std::uint64_t CameraHealth::*count;
+  const char* what;
+  const char* remedy;
+};
+
+// One entry for each kind of fault: its counter, the message after the increase of the counter, and the remedy.
+constexpr std::array<Message, CameraFaults::kKinds> kMessages{{
+    {&CameraHealth::missing_frames, "images never came",
+     "use larger packets (an MTU of 9000 and packet_size_bytes) or a lower rate_hz; see mocapctl doctor"},
+    {&CameraHealth::failed_frames, "images came incomplete",
+     "packets are lost in transit: check net.core.rmem_max, MTU and link speed with mocapctl doctor"},
+    {&CameraHealth::missing_packets, "packets never came, although they were requested again",
+     "check cable and switch, and net.core.rmem_max with mocapctl doctor"},
+    {&CameraHealth::underruns, "images arrived while no buffer was free",
+     "increase stream_buffers (or buffers), or connect fewer cameras to one processor"},
+    {&CameraHealth::dropped_queue_full, "images dropped, the queue to the fusion was full",
+     "the machine is too slow for these cameras: lower rate_hz, or increase [queues] camera_frames"},
+    {&CameraHealth::repeated_frames, "images came a second time and were dropped",
+     "the network or the camera repeats packets: look for a loop between switches, and for new firmware"},
+    {&CameraHealth::clock_leaps, "times its clock jumped, ran back or stopped",
+     "exposure times are less accurate for some seconds; if this recurs, use PTP or new firmware"},
+}};
+
+}  // namespace
+
+void CameraFaults::report(const CameraHealth& now, Timestamp at) {
+  for (std::size_t i = 0; i < kKinds; ++i) {
+    const std::uint64_t count = now.*kMessages[i].count;
+    Kind& kind = kinds_[i];
+    if (count <= kind.logged || (kind.logged_at && at - *kind.logged_at < kRepeatFaultAfter)) continue;
+    log_warn("camera " + now.name,
+             fmt::format("{} {} total={}; {}", count - kind.logged, kMessages[i].what, count, kMessages[i].remedy));
+    kind = {count, at};
+  }
+}
+
+}  // namespace mocap::runtime
