@@ -13,6 +13,8 @@
 #include "associate/multi_view_matcher.h"
 #include "associate/uncalibrated_views.h"
 #include "base/log.h"
+#include "calibration/floor/floor_calibrator.h"
+#include "calibration/order_calibrator.h"
 #include "calibration/plugin_calibrator.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/jpeg_encoder.h"
@@ -174,7 +176,9 @@ Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& se
 std::unique_ptr<RigCalibrator> make_calibrator(const settings::DaemonSettings& settings) {
   constexpr int kSolverThreads = 1;
   if (is_replay(settings)) return nullptr;
-  return std::make_unique<calibration::PluginCalibrator>(settings.rig, kSolverThreads);
+  return std::make_unique<calibration::OrderCalibrator>(
+      std::make_unique<calibration::PluginCalibrator>(settings.rig, kSolverThreads),
+      std::make_unique<calibration::FloorCalibrator>(settings.rig));
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ class PluginCalibrator : public RigCalibrator {
   /// Fails also with Unsupported if the plug-in is not installed.
   Status start(const CalibrationOrder& order) override;
   bool add(std::size_t camera, const CalibrationImage& image) override;
+  bool add(const CalibrationMarkers& /*markers*/) override { return false; }
   void solve(const CalibrationProgress& progress) override;
   CalibrationReport report() const override;
 

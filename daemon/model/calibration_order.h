@@ -15,6 +15,21 @@ enum class CalibrationAction {
   Apply,    ///< writes the result and uses it
   Cancel,   ///< ends a collection or a solution, and discards the result
   Restore,  ///< uses an earlier rig again
+  Floor,    ///< measures the floor with the markers that the daemon sees
+};
+
+/// How the floor is measured.
+enum class FloorMethod {
+  Frame,    ///< with a floor frame, which determines the axes, too
+  Markers,  ///< with three markers or more on the floor
+  Walk,     ///< with the lowest markers of a person who walks through the volume
+};
+
+struct FloorOrder {
+  FloorMethod method = FloorMethod::Frame;
+  double long_m = 0.6;    ///< Frame: length of the arm along x
+  double short_m = 0.4;   ///< Frame: length of the arm along y
+  double height_m = 0.0;  ///< of the centres of the (lowest) markers above the floor
 };
 
 /// A request of an operator to calibrate the cameras of the running daemon.
@@ -26,6 +41,7 @@ struct CalibrationOrder {
   bool refine_lens = false;       ///< Wand: estimates the lenses, too, although they are calibrated
   bool moved = false;             ///< Wand: accepts another scale than that of the rig before
   std::string name;               ///< Restore
+  FloorOrder floor;               ///< Floor
 };
 
 }  // namespace mocap

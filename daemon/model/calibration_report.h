@@ -61,6 +61,7 @@ struct CalibrationResult {
   std::uint64_t samples = 0;
   double wand_m = 0.0;  ///< mean length, triangulated without the known length
   double wand_std_m = 0.0;
+  std::optional<double> floor_rms_m;  ///< of a measured floor: residual of its markers. Only the floor is then new
   bool floor_is_guessed = false;
   std::vector<std::string> issues;  ///< with advice, the worst first
 };
@@ -68,6 +69,7 @@ struct CalibrationResult {
 /// The progress of a calibration.
 struct CalibrationReport {
   CalibrationState state = CalibrationState::Idle;
+  bool is_floor = false;         ///< the floor is measured, not the cameras
   bool is_complete = false;      ///< the images suffice
   std::string advice;            ///< to the operator who waves the wand; empty: none
   std::uint64_t min_shared = 0;  ///< shared samples that each camera needs

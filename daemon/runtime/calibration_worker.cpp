@@ -1,5 +1,6 @@
 #include "runtime/calibration_worker.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -29,51 +30,63 @@ void CalibrationWorker::run(const std::stop_token& stop) {
   static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNiceness));
   while (!stop.stop_requested()) {
     const WakeSignal::Ticket ticket = channel_.ordered.ticket();
-    follow_orders(stop);
-    take_images();
+    follow_orders();
+    if (collecting_) {
+      take_images();
+      take_markers();
+    }
+    if (std::exchange(solves_, false)) solve(stop);
     if (report_waits_ && host_now() - reported_at_ >= kReportPeriod) send_report(report());
     channel_.ordered.wait(ticket, collecting_ || report_waits_ ? kCollectPeriod : kStopCheckPeriod);
   }
-  if (collecting_) collect(false);
+  end_collection();
   ended_.store(true, std::memory_order_release);
 }
 
-void CalibrationWorker::follow_orders(const std::stop_token& stop) {
+void CalibrationWorker::follow_orders() {
   CalibrationOrder order;
   while (channel_.orders.try_pop(order)) {
     const Status end = follow(order);
     send_report(report());  // before the answer, so that a client which asks next finds it
     static_cast<void>(channel_.done.try_push({order.number, end}));
-    if (std::exchange(solves_, false)) solve(stop);
   }
 }
 
 Status CalibrationWorker::follow(const CalibrationOrder& order) {
   switch (order.action) {
-    case CalibrationAction::Wand: {
+    case CalibrationAction::Wand:
+    case CalibrationAction::Floor: {
+      end_collection();
       const Status started = calibrator_->start(order);
+      if (!started) return started;
       is_cancelled_ = false;
-      collect(started.has_value());
-      if (started) log_info(kCalibration, "images of the wand are collected");
-      return started;
+      collect(order.action);
+      return {};
     }
     case CalibrationAction::Solve:
       if (!collecting_) {
         return Error{ErrorCode::InvalidArgument,
-                     "no images are collected; start with a wand (mocapctl calibrate wand)"};
+                     "nothing is collected; start with a wand (mocapctl calibrate wand) or with the floor (mocapctl "
+                     "calibrate floor)"};
       }
       take_images();
-      collect(false);
-      channel_.cancelled.store(false, std::memory_order_relaxed);
-      solving_.store(true, std::memory_order_release);
-      solves_ = true;
+      begin_solution();
       return {};
     default: cancel(); return {};
   }
 }
 
+void CalibrationWorker::begin_solution() {
+  end_collection();
+  channel_.cancelled.store(false, std::memory_order_relaxed);
+  solving_.store(true, std::memory_order_release);
+  solves_ = true;
+}
+
 void CalibrationWorker::cancel() {
-  collect(false);
+  end_collection();
+  solves_ = false;
+  solving_.store(false, std::memory_order_release);
   is_cancelled_ = true;
   log_info(kCalibration, "cancelled");
 }
@@ -84,13 +97,30 @@ void CalibrationWorker::count_dropped() {
   }
 }
 
-void CalibrationWorker::collect(bool on) {
-  if (collecting_) count_dropped();
+void CalibrationWorker::collect(CalibrationAction what) {
+  collecting_ = true;
+  if (what == CalibrationAction::Floor) {
+    collect_markers(true);
+    log_info(kCalibration, "the floor is measured");
+    return;
+  }
+  collect_images(true);
+  log_info(kCalibration, "images of the wand are collected");
+}
+
+void CalibrationWorker::end_collection() {
+  if (!collecting_) return;
+  collecting_ = false;
+  count_dropped();
+  collect_images(false);
+  collect_markers(false);
+}
+
+void CalibrationWorker::collect_images(bool on) {
   for (CameraChannel* camera : cameras_) {
     camera->calibrating.store(false, std::memory_order_release);
     while (camera->to_calibrate.front() != nullptr) camera->to_calibrate.pop();
   }
-  collecting_ = on;
   if (!on) return;
   dropped_before_.clear();
   dropped_.assign(cameras_.size(), 0);
@@ -100,8 +130,21 @@ void CalibrationWorker::collect(bool on) {
   }
 }
 
+void CalibrationWorker::collect_markers(bool on) {
+  MarkerChannel& channel = channel_.markers;
+  channel.wanted.store(false, std::memory_order_release);
+  while (channel.markers.front() != nullptr) channel.markers.pop();
+  if (on) {
+    dropped_.clear();  // a count of images
+    channel.dropped.store(0, std::memory_order_relaxed);
+    channel.wanted.store(true, std::memory_order_release);
+    return;
+  }
+  const std::uint64_t dropped = channel.dropped.exchange(0, std::memory_order_relaxed);
+  if (dropped > 0) log_warn(kCalibration, fmt::format("{} sets of markers were not examined", dropped));
+}
+
 void CalibrationWorker::take_images() {
-  if (!collecting_) return;
   count_dropped();
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     bool welcome = true;
@@ -113,6 +156,17 @@ void CalibrationWorker::take_images() {
     // The others go on: a camera with a lower rate needs longer.
     if (!welcome) cameras_[i]->calibrating.store(false, std::memory_order_release);
   }
+}
+
+// The floor is computed without a further order.
+void CalibrationWorker::take_markers() {
+  bool welcome = true;
+  while (const CalibrationMarkers* markers = channel_.markers.markers.front()) {
+    welcome = calibrator_->add(*markers) && welcome;
+    channel_.markers.markers.pop();
+    report_waits_ = true;
+  }
+  if (!welcome) begin_solution();
 }
 
 void CalibrationWorker::solve(const std::stop_token& stop) {
@@ -130,7 +184,7 @@ void CalibrationWorker::solve(const std::stop_token& stop) {
   });
   solving_.store(false, std::memory_order_release);
   const CalibrationReport end = report();
-  log_info(kCalibration, end.result ? "solved: " + end.result->grade : "no rig: " + end.message);
+  log_info(kCalibration, end.result ? "solved" : "no result: " + end.message);
   send_report(end);
 }
 

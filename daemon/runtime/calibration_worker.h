@@ -13,6 +13,7 @@
 #include "model/calibration_report.h"
 #include "module/rig_calibrator.h"
 #include "runtime/camera/camera_worker.h"
+#include "runtime/marker_channel.h"
 
 namespace mocap::runtime {
 
@@ -24,16 +25,17 @@ struct CalibrationDone {
 
 /// Queues between the calibration thread and the control thread.
 struct CalibrationChannel {
-  SpscQueue<CalibrationOrder> orders{4};    ///< Wand, Solve and Cancel; the control thread then signals ordered
+  SpscQueue<CalibrationOrder> orders{4};    ///< Wand, Floor, Solve and Cancel; the control thread then signals ordered
   SpscQueue<CalibrationDone> done{4};       ///< an answer to each order; to Solve before the solution begins
   SpscQueue<CalibrationReport> reports{4};  ///< when they change, a few times a second
   std::atomic<bool> cancelled{false};       ///< set by the control thread with Cancel: ends a solution
   WakeSignal ordered;
+  MarkerChannel markers;
 };
 
-/// The calibration thread: collects images of a waved wand from the camera threads while an operator asks for it, and
-/// computes the rig. It runs at low priority and nobody waits for it: if it is too slow, images are missing in the
-/// collection (counted), never in the pipeline.
+/// The calibration thread: while an operator asks for it, collects images of a waved wand from the camera threads and
+/// computes the rig, or collects markers from the fusion thread and measures the floor. It runs at low priority and
+/// nobody waits for it: if it is too slow, images are missing in the collection (counted), never in the pipeline.
 class CalibrationWorker {
  public:
   /// The channels outlive the worker.
@@ -49,12 +51,17 @@ class CalibrationWorker {
   bool has_ended() const noexcept { return ended_.load(std::memory_order_acquire); }
 
  private:
-  void follow_orders(const std::stop_token& stop);
+  void follow_orders();
   Status follow(const CalibrationOrder& order);
-  void collect(bool on);
+  void collect(CalibrationAction what);
+  void collect_images(bool on);
+  void collect_markers(bool on);
+  void end_collection();
   void count_dropped();
   void take_images();
+  void take_markers();
   void solve(const std::stop_token& stop);
+  void begin_solution();
   void cancel();
   CalibrationReport report() const;
   void send_report(CalibrationReport report);
@@ -66,8 +73,8 @@ class CalibrationWorker {
   std::vector<std::uint64_t> dropped_;         // by camera: in the collection
   std::atomic<bool> solving_{false};
   std::atomic<bool> ended_{false};
-  bool collecting_ = false;
-  bool solves_ = false;  // after the answer to Solve
+  bool collecting_ = false;  // images or markers
+  bool solves_ = false;      // after the answer to Solve
   bool is_cancelled_ = false;
   bool report_waits_ = false;  // for room in the queue, or until it is due
   Timestamp reported_at_;

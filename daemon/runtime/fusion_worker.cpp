@@ -154,9 +154,16 @@ void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
     static_cast<void>(links_.search->reports.try_push(*fusion_->search()));
     links_.search->there_is_work.signal();
   }
+  if (links_.markers != nullptr && links_.markers->wanted.load(std::memory_order_acquire)) send_markers(snapshot);
   if (!push(snapshot, *links_.publish, stop)) counters_.dropped_publish_full.add();
   if (links_.side != nullptr && !push(snapshot, *links_.side, stop)) counters_.dropped_side_full.add();
   if (links_.takes != nullptr && !push(snapshot, *links_.takes, stop)) counters_.dropped_take_full.add();
+}
+
+void FusionWorker::send_markers(const Snapshot& snapshot) {
+  if (!links_.markers->markers.try_push(measured_markers(snapshot))) {
+    links_.markers->dropped.fetch_add(1, std::memory_order_relaxed);
+  }
 }
 
 bool FusionWorker::push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop) {

@@ -12,6 +12,7 @@
 #include "model/snapshot.h"
 #include "model/timecode_health.h"
 #include "runtime/camera/camera_worker.h"
+#include "runtime/marker_channel.h"
 #include "runtime/pausable.h"
 #include "runtime/process/realtime.h"
 #include "runtime/report/counters.h"
@@ -61,6 +62,7 @@ class FusionWorker : public Pausable {
     ControlChannel* control = nullptr;    ///< may be null
     SearchChannel* search = nullptr;      ///< may be null: reports of searches are dropped
     TimecodeChannel* timecode = nullptr;  ///< may be null: snapshots have no timecode
+    MarkerChannel* markers = nullptr;     ///< may be null: nothing is calibrated
   };
 
   FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion, FusionWorkerSettings settings,
@@ -90,6 +92,7 @@ class FusionWorker : public Pausable {
   bool follow_delivery(std::size_t camera);
   bool fuse_ready_sets(const std::stop_token& stop);
   void fuse(const FrameSet& frames, const std::stop_token& stop);
+  void send_markers(const Snapshot& snapshot);
   bool push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
   void follow_orders();
   void follow_timecode();

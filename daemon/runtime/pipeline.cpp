@@ -122,8 +122,15 @@ void Pipeline::set_explainer(std::unique_ptr<SearchExplainer> explainer) {
 }
 
 FusionWorker::Links Pipeline::fusion_links() {
-  return {borrow_channels(), to_publish_.get(), to_side_.get(), to_takes_.get(),
-          &wake_fusion_,     control_.get(),    search_.get(),  timecode_worker_ ? &timecode_channel_ : nullptr};
+  return {borrow_channels(),
+          to_publish_.get(),
+          to_side_.get(),
+          to_takes_.get(),
+          &wake_fusion_,
+          control_.get(),
+          search_.get(),
+          timecode_worker_ ? &timecode_channel_ : nullptr,
+          calibration_ ? &calibration_->markers : nullptr};
 }
 
 PublishWorker::Links Pipeline::publish_links() {
@@ -222,7 +229,7 @@ void Pipeline::pause_node() {
   if (node_thread_.joinable()) node_thread_.join();
 }
 
-// Call while the threads of control and calibration do not run.
+// Call while the threads of fusion, control and calibration do not run.
 void Pipeline::set_calibrator(std::unique_ptr<RigCalibrator> calibrator) {
   calibration_worker_.reset();
   calibration_.reset();

@@ -1,41 +1,26 @@
 #include "calibrate/floor_command.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "calibrate/marker_pipeline.h"
 #include "calibrate/rig_output.h"
 #include "calibration/floor/floor.h"
-#include "calibration/floor/floor_frame_scale.h"
+#include "calibration/floor/measure_floor.h"
 
 namespace mocap::calibrate {
 namespace {
 
 constexpr double kLiveSeconds = 5.0;
-// Below this relative difference the size of the floor frame is not the reason for its refusal.
-constexpr double kMinScaleError = 0.02;
 constexpr double kWalkSeconds = 30.0;
 
-Result<calibration::Floor> measure_floor(const FloorOptions& options, const take::BlobRecording& recording,
-                                         const Rig& rig) {
-  const double height_m = 1e-3 * options.height_mm;
-  if (options.by_walk) return calibration::floor_from_walk(marker_positions(recording, rig), height_m, rig);
-  std::vector<Eigen::Vector3d> points;
-  for (const StationaryMarker& marker : stationary_markers(recording, rig)) points.push_back(marker.at_m);
-  if (options.by_markers) return calibration::floor_from_points(points, height_m, rig);
-  const calibration::FloorFrame frame{1e-3 * options.frame_mm[0], 1e-3 * options.frame_mm[1], height_m};
-  auto floor = calibration::floor_from_frame(points, frame, rig);
-  if (floor) return floor;
-  // A frame of the right shape and another size: the scale of the rig is wrong.
-  const auto scale = calibration::floor_frame_scale(points, frame);
-  if (scale && std::abs(*scale - 1.0) > kMinScaleError) {
-    return Error{
-        ErrorCode::InvalidArgument,
-        fmt::format("the floor frame is {:.3f} times as large as expected ({:.0f}, {:.0f} mm): the length of the wand "
-                    "was set too {}, or the frame has other arm lengths; set them with --frame",
-                    *scale, options.frame_mm[0], options.frame_mm[1], *scale > 1.0 ? "large" : "small")};
-  }
-  return floor;
+FloorOrder order_of(const FloorOptions& options) {
+  FloorOrder order;
+  if (options.by_markers) order.method = FloorMethod::Markers;
+  if (options.by_walk) order.method = FloorMethod::Walk;
+  order.long_m = 1e-3 * options.frame_mm[0];
+  order.short_m = 1e-3 * options.frame_mm[1];
+  order.height_m = 1e-3 * options.height_mm;
+  return order;
 }
 
 }  // namespace
@@ -91,7 +76,11 @@ int run_floor(const FloorOptions& options) {
     print_message("{}", rig.error().message);
     return rig.error().exit;
   }
-  const auto floor = measure_floor(options, gathered->recording, *rig);
+  const FloorOrder order = order_of(options);
+  const bool walks = order.method == FloorMethod::Walk;
+  const std::vector<Eigen::Vector3d> points_m =
+      walks ? marker_positions(gathered->recording, *rig) : stationary_markers(gathered->recording, *rig);
+  const auto floor = calibration::measure_floor(order, points_m, *rig);
   if (!floor) {
     print_message("{}", floor.error().message);
     return kExitData;
@@ -106,9 +95,9 @@ int run_floor(const FloorOptions& options) {
   fmt::print("floor: residual {:.1f} mm; the cameras are {:.2f} to {:.2f} m above the floor\n", 1e3 * floor->rms_m,
              lowest, highest);
   if (options.dry_run) return kExitOk;
-  const char* how = options.by_walk ? "walk" : options.by_markers ? "markers" : "frame";
   return write_rig(options.out.empty() ? file : options.out, placed,
-                   {{"floor", std::string(how)}, {"floor_rms_mm", 1e3 * floor->rms_m}}, "floor");
+                   {{"floor", std::string(calibration::name_of(order.method))}, {"floor_rms_mm", 1e3 * floor->rms_m}},
+                   "floor");
 }
 
 }  // namespace mocap::calibrate

@@ -1,11 +1,11 @@
 #include "calibrate/marker_pipeline.h"
 
 #include <algorithm>
-#include <map>
 
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
 #include "calibrate/gather_blobs.h"
+#include "calibration/floor/stationary_markers.h"
 #include "calibration/wand/instants.h"
 #include "model/identity_map.h"
 #include "track3d/kalman_marker_tracker.h"
@@ -13,8 +13,6 @@
 namespace mocap::calibrate {
 namespace {
 
-// Chosen by hand: several times the noise of a triangulated marker.
-constexpr double kMaxMotion_m = 0.003;
 constexpr double kUnbounded_m = 1000.0;
 constexpr std::size_t kMaxPositions = 20000;
 
@@ -69,36 +67,15 @@ void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const st
   }
 }
 
-std::vector<StationaryMarker> stationary_markers(const take::BlobRecording& recording, const Rig& rig) {
-  struct Sum {
-    Eigen::Vector3d first;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    std::size_t sets = 0;
-    Timestamp from, to;
-    bool has_moved = false;
-  };
-  std::map<TrackId, Sum> tracks;
-  std::size_t sets = 0;
+std::vector<Eigen::Vector3d> stationary_markers(const take::BlobRecording& recording, const Rig& rig) {
+  calibration::StationaryMarkers stationary;
   run_pipeline(recording, rig, {}, [&](const PipelineOutput& output) {
-    ++sets;
+    stationary.begin(output.frames.exposed_at);
     for (const TrackedMarker& marker : output.tracked) {
-      if (marker.state != TrackState::Confirmed) continue;
-      const Eigen::Vector3d& at = marker.position.v;
-      auto [entry, is_new] =
-          tracks.try_emplace(marker.id, Sum{at, {0.0, 0.0, 0.0}, 0, output.frames.exposed_at, {}, false});
-      Sum& sum = entry->second;
-      sum.has_moved = sum.has_moved || (at - sum.first).norm() > kMaxMotion_m;
-      sum.sum += at;
-      ++sum.sets;
-      sum.to = output.frames.exposed_at;
+      if (marker.state == TrackState::Confirmed) stationary.add(marker.id, marker.position.v);
     }
   });
-  std::vector<StationaryMarker> stationary;
-  for (const auto& [id, sum] : tracks) {
-    if (sum.has_moved || 2 * sum.sets < sets || to_s(sum.to - sum.from) < 1.0) continue;
-    stationary.push_back({sum.sum / static_cast<double>(sum.sets), sum.sets});
-  }
-  return stationary;
+  return stationary.positions();
 }
 
 std::vector<Eigen::Vector3d> marker_positions(const take::BlobRecording& recording, const Rig& rig) {

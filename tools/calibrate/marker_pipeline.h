@@ -22,14 +22,8 @@ struct PipelineOutput {
 void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& excluded,
                   const std::function<void(const PipelineOutput&)>& visit);
 
-/// A marker that does not move.
-struct StationaryMarker {
-  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< mean position
-  std::size_t sets = 0;                            ///< instants with the marker
-};
-
-/// The markers that stay within 3 mm for at least half of the instants and one second.
-std::vector<StationaryMarker> stationary_markers(const take::BlobRecording& recording, const Rig& rig);
+/// The mean positions of the markers that do not move (StationaryMarkers).
+std::vector<Eigen::Vector3d> stationary_markers(const take::BlobRecording& recording, const Rig& rig);
 
 /// The positions of all markers that three cameras or more see, at all instants; at most 20000, thinned out evenly.
 std::vector<Eigen::Vector3d> marker_positions(const take::BlobRecording& recording, const Rig& rig);

@@ -54,24 +54,24 @@ std::string collection_line(const v1::Calibration& progress, double seconds) {
   return fmt::format("{:.0f} s: {}; {}", seconds, cameras, progress.complete() ? "complete" : progress.advice());
 }
 
-/// One calibration with the wand, from the first image to the rig in force.
-class WandRun {
+/// One calibration, from the order in the options to its result.
+class CalibrationRun {
  public:
-  WandRun(wire::ControlClient& client, const LiveOptions& options) : client_(client), options_(options) {}
+  CalibrationRun(wire::ControlClient& client, const LiveOptions& options) : client_(client), options_(options) {}
 
   Result<v1::Calibration, LiveFailure> run() {
-    auto progress = order(CalibrationAction::Wand);
+    auto progress = order(options_.request.calibration.action);
     const Timestamp begun = host_now();
     while (progress && progress->state() == v1::CALIBRATION_STATE_COLLECTING) {
       const double seconds = to_s(host_now() - begun);
-      line_.show(collection_line(*progress, seconds));
-      const bool ends = progress->complete() || interrupted != 0 || seconds >= options_.seconds;
-      progress = ends ? order(CalibrationAction::Solve) : look();
+      line_.show(progress->floor() ? progress->advice() : collection_line(*progress, seconds));
+      progress = order(next_after(*progress, seconds));
     }
     while (progress && progress->state() == v1::CALIBRATION_STATE_SOLVING) {
       line_.show(fmt::format("{} {:.0f} %", progress->step(), 100.0 * progress->fraction()));
       if (interrupted > 1) static_cast<void>(order(CalibrationAction::Cancel));
-      progress = look();
+      std::this_thread::sleep_for(kAskPeriod);
+      progress = order(CalibrationAction::Look);
     }
     line_.clear();
     if (progress && progress->state() != v1::CALIBRATION_STATE_SOLVED) {
@@ -81,9 +81,14 @@ class WandRun {
   }
 
  private:
-  Result<v1::Calibration, LiveFailure> look() {
+  // The daemon itself ends the measurement of the floor.
+  CalibrationAction next_after(const v1::Calibration& progress, double seconds) {
+    if (progress.floor() && interrupted != 0) return CalibrationAction::Cancel;
+    if (!progress.floor() && (progress.complete() || interrupted != 0 || seconds >= options_.seconds)) {
+      return CalibrationAction::Solve;
+    }
     std::this_thread::sleep_for(kAskPeriod);
-    return order(CalibrationAction::Look);
+    return CalibrationAction::Look;
   }
 
   Result<v1::Calibration, LiveFailure> order(CalibrationAction action) {
@@ -102,17 +107,13 @@ class WandRun {
   CalibrationLine line_;
 };
 
-int calibrate_with_wand(LiveOptions& options) {
-  const auto wand = calibration::parse_wand(options.wand);
-  if (!wand) return fail_calibration({kExitUsage, wand.error().message});
-  options.request.calibration.wand_m = wand->marks_m;
+// Runs the calibration in the options and, without --dry-run, applies the result.
+int calibrate(const LiveOptions& options, const char* what_to_do) {
   auto client = connect(options);
   if (!client) return fail_calibration(client.error());
   std::signal(SIGINT, [](int) { interrupted = interrupted + 1; });
-  fmt::print(stderr,
-             "mocapctl: wave the wand through the whole volume in all directions; ends when complete, or with "
-             "Ctrl-C\n");
-  const auto solved = WandRun(**client, options).run();
+  fmt::print(stderr, "mocapctl: {}\n", what_to_do);
+  const auto solved = CalibrationRun(**client, options).run();
   if (!solved) return fail_calibration(solved.error());
   v1::Answer shown;
   shown.set_code(v1::CODE_DONE);
@@ -126,6 +127,27 @@ int calibrate_with_wand(LiveOptions& options) {
   if (!applied) return fail_calibration(applied.error());
   fmt::print(stderr, "mocapctl: {}\n", applied->message());
   return exit_code_of(applied->code());
+}
+
+int calibrate_with_wand(LiveOptions& options) {
+  const auto wand = calibration::parse_wand(options.wand);
+  if (!wand) return fail_calibration({kExitUsage, wand.error().message});
+  options.request.calibration.action = CalibrationAction::Wand;
+  options.request.calibration.wand_m = wand->marks_m;
+  return calibrate(options,
+                   "wave the wand through the whole volume in all directions; ends when complete, or with Ctrl-C");
+}
+
+int measure_floor(LiveOptions& options) {
+  FloorOrder& floor = options.request.calibration.floor;
+  options.request.calibration.action = CalibrationAction::Floor;
+  if (options.by_markers) floor.method = FloorMethod::Markers;
+  if (options.by_walk) floor.method = FloorMethod::Walk;
+  floor.long_m = 1e-3 * options.frame_mm[0];
+  floor.short_m = 1e-3 * options.frame_mm[1];
+  floor.height_m = 1e-3 * options.height_mm;
+  return calibrate(options, options.by_walk ? "walk through the whole volume for 30 s"
+                                            : "leave the markers on the floor still for 5 s");
 }
 
 int order_calibration(LiveOptions& options, CalibrationAction action) {
@@ -166,6 +188,35 @@ void add_wand(cli::App& calibrate, LiveOptions& options) {
   wand->callback([&options] { options.run = [&options] { return calibrate_with_wand(options); }; });
 }
 
+void add_floor(cli::App& calibrate, LiveOptions& options) {
+  cli::App* floor = calibrate.add_subcommand("floor", "measure the floor with the markers that the daemon sees");
+  floor->examples(
+      "  mocapctl calibrate floor --frame 600,400\n"
+      "  mocapctl calibrate floor --walk --height 40");
+  add_connection_options(*floor, options);
+  auto* frame =
+      floor
+          ->add_option("--frame", options.frame_mm,
+                       "length of the long arm (along x) and of the short arm (along y), mm; the corner is the origin")
+          ->delimiter(',')
+          ->expected(2)
+          ->check(cli::Range(50.0, 10000.0))
+          ->capture_default_str();
+  auto* markers =
+      floor
+          ->add_flag("--markers", options.by_markers,
+                     "three markers or more on the floor instead of a frame; they do not determine the axes")
+          ->excludes(frame);
+  floor->add_flag("--walk", options.by_walk, "the lowest markers of a person who walks through the volume")
+      ->excludes(frame)
+      ->excludes(markers);
+  floor->add_option("--height", options.height_mm, "height of the centres of the (lowest) markers above the floor, mm")
+      ->check(cli::Range(-100.0, 1000.0))
+      ->capture_default_str();
+  floor->add_flag("--dry-run", options.dry_run, "report only; the rig waits for calibrate apply");
+  floor->callback([&options] { options.run = [&options] { return measure_floor(options); }; });
+}
+
 }  // namespace
 
 void add_calibrate_command(cli::App& app, LiveOptions& options) {
@@ -175,6 +226,7 @@ void add_calibrate_command(cli::App& app, LiveOptions& options) {
       "  mocapctl calibrate list");
   calibrate->require_subcommand(1);
   add_wand(*calibrate, options);
+  add_floor(*calibrate, options);
   const struct {
     const char *name, *what, *example;
     CalibrationAction action;

@@ -114,6 +114,7 @@ void print_status(const v1::Status& status) {
 
 void print_calibration_result(const v1::Calibration& calibration) {
   const v1::CalibrationResult& result = calibration.result();
+  if (result.has_floor_rms_m()) return fmt::print("floor   residual {:.1f} mm\n", 1e3 * result.floor_rms_m());
   fmt::print("{:20} {:>7} {:>8} {:>7} {:>8} {:>9} {:>10}\n", "camera", "rms px", "held out", "points", "coverage",
              "sigma mm", "sigma deg");
   for (const v1::CalibrationCamera& camera : calibration.cameras()) {
@@ -125,7 +126,7 @@ void print_calibration_result(const v1::Calibration& calibration) {
   fmt::print("grade   {}; {} samples; wand {:.3f} mm +- {:.3f}\n", result.grade(), result.samples(),
              1e3 * result.wand_m(), 1e3 * result.wand_std_m());
   fmt::print("floor   {}\n",
-             result.floor_is_guessed() ? "provisional; measure it with mocap-calibrate floor" : "where it was");
+             result.floor_is_guessed() ? "provisional; measure it with mocapctl calibrate floor" : "where it was");
   for (const std::string& issue : result.issues()) fmt::print("        {}\n", issue);
 }
 

@@ -24,6 +24,7 @@ class WandCalibrator : public RigCalibrator {
 
   Status start(const CalibrationOrder& order) override;
   bool add(std::size_t camera, const CalibrationImage& image) override;
+  bool add(const CalibrationMarkers& /*markers*/) override { return false; }
   void solve(const CalibrationProgress& progress) override;
   CalibrationReport report() const override;
 

@@ -102,6 +102,10 @@ Status write_rig(const RigPlaces& places, const CalibratedRig& rig) {
   if (Status kept = keep_in_force(places); !kept) return kept;
   const std::time_t now = std::time(nullptr);
   RigMetadata facts = rig.facts;
+  if (KeptRig before; !facts.contains("rms_px")) {  // only the world frame is new
+    read_facts(places.in_force, before);
+    if (before.rms_px > 0.0) facts["rms_px"] = before.rms_px;
+  }
   facts["solved_by"] = std::string("mocapd");
   facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
   const std::filesystem::path copy = free_path(places, utc_name(now));

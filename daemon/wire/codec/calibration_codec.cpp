@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "wire/codec/utf8.h"
 
@@ -14,6 +15,8 @@ namespace {
 
 constexpr double kNarrowest_deg = 5.0, kWidest_deg = 150.0;  // as mocap-calibrate wand --fov
 constexpr double kLongestWand_m = 10.0;
+constexpr double kShortestArm_m = 0.05, kLongestArm_m = 10.0;     // as mocap-calibrate floor --frame
+constexpr double kLowestMarker_m = -0.1, kHighestMarker_m = 1.0;  // as mocap-calibrate floor --height
 constexpr int kMostMarkers = 3;
 constexpr std::size_t kLongestRigName = 255;
 
@@ -28,6 +31,7 @@ std::optional<CalibrationAction> order_action_of(v1::CalibrationRequest::Action 
     case v1::CalibrationRequest::ACTION_APPLY: return CalibrationAction::Apply;
     case v1::CalibrationRequest::ACTION_CANCEL: return CalibrationAction::Cancel;
     case v1::CalibrationRequest::ACTION_RESTORE: return CalibrationAction::Restore;
+    case v1::CalibrationRequest::ACTION_FLOOR: return CalibrationAction::Floor;
     default: return std::nullopt;
   }
 }
@@ -41,6 +45,7 @@ v1::CalibrationRequest::Action wire_action_of(CalibrationAction action) {
     case CalibrationAction::Apply: return v1::CalibrationRequest::ACTION_APPLY;
     case CalibrationAction::Cancel: return v1::CalibrationRequest::ACTION_CANCEL;
     case CalibrationAction::Restore: return v1::CalibrationRequest::ACTION_RESTORE;
+    case CalibrationAction::Floor: return v1::CalibrationRequest::ACTION_FLOOR;
   }
   return v1::CalibrationRequest::ACTION_UNSPECIFIED;
 }
@@ -56,6 +61,45 @@ v1::CalibrationState wire_state_of(CalibrationState state) {
     case CalibrationState::Cancelled: return v1::CALIBRATION_STATE_CANCELLED;
   }
   return v1::CALIBRATION_STATE_UNSPECIFIED;
+}
+
+FloorMethod floor_method_of(v1::FloorRequest::Method method) {
+  switch (method) {
+    case v1::FloorRequest::METHOD_MARKERS: return FloorMethod::Markers;
+    case v1::FloorRequest::METHOD_WALK: return FloorMethod::Walk;
+    default: return FloorMethod::Frame;
+  }
+}
+
+v1::FloorRequest::Method wire_method_of(FloorMethod method) {
+  switch (method) {
+    case FloorMethod::Markers: return v1::FloorRequest::METHOD_MARKERS;
+    case FloorMethod::Walk: return v1::FloorRequest::METHOD_WALK;
+    case FloorMethod::Frame: break;
+  }
+  return v1::FloorRequest::METHOD_FRAME;
+}
+
+// Each comparison is written so that NaN is rejected.
+bool is_within(double value, double lowest, double highest) { return value >= lowest && value <= highest; }
+
+Result<FloorOrder> decode_floor(const v1::FloorRequest& from) {
+  FloorOrder into;
+  into.method = floor_method_of(from.method());
+  if (from.long_m() != 0.0) into.long_m = from.long_m();
+  if (from.short_m() != 0.0) into.short_m = from.short_m();
+  into.height_m = from.height_m();
+  for (const auto& [name, arm_m] : {std::pair{"long_m", into.long_m}, std::pair{"short_m", into.short_m}}) {
+    if (!is_within(arm_m, kShortestArm_m, kLongestArm_m)) {
+      return wrong_calibration(
+          fmt::format("floor: {} is {}, expected {} to {} m", name, arm_m, kShortestArm_m, kLongestArm_m));
+    }
+  }
+  if (!is_within(into.height_m, kLowestMarker_m, kHighestMarker_m)) {
+    return wrong_calibration(
+        fmt::format("floor: height_m is {}, expected {} to {} m", into.height_m, kLowestMarker_m, kHighestMarker_m));
+  }
+  return into;
 }
 
 bool is_position(double mark_m) { return mark_m >= 0.0 && mark_m <= kLongestWand_m; }
@@ -85,6 +129,7 @@ void encode_result(const CalibrationResult& from, v1::CalibrationResult& into) {
   into.set_wand_std_m(from.wand_std_m);
   into.set_floor_is_guessed(from.floor_is_guessed);
   for (const std::string& issue : from.issues) into.add_issues(valid_utf8(issue));
+  if (from.floor_rms_m) into.set_floor_rms_m(*from.floor_rms_m);
 }
 
 }  // namespace
@@ -94,7 +139,7 @@ Result<CalibrationOrder> decode(const v1::CalibrationRequest& from) {
   const std::optional<CalibrationAction> action = order_action_of(from.action());
   if (!action) {
     return wrong_calibration(
-        "calibration: action is missing, expected status, list, wand, solve, apply, cancel or restore");
+        "calibration: action is missing, expected status, list, wand, floor, solve, apply, cancel or restore");
   }
   into.action = *action;
   if (from.name().size() > kLongestRigName) {
@@ -105,6 +150,11 @@ Result<CalibrationOrder> decode(const v1::CalibrationRequest& from) {
     return wrong_calibration("calibration: name is missing, expected the name of an earlier rig");
   }
   into.name = from.name();
+  if (into.action == CalibrationAction::Floor) {
+    const Result<FloorOrder> floor = decode_floor(from.floor());
+    if (!floor) return floor.error();
+    into.floor = *floor;
+  }
   if (into.action != CalibrationAction::Wand) return into;
   if (from.wand_m_size() > kMostMarkers || !std::ranges::all_of(from.wand_m(), is_position)) {
     return wrong_calibration(fmt::format("wand_m has {} numbers, expected 2 or {} from 0 to {} m", from.wand_m_size(),
@@ -112,8 +162,7 @@ Result<CalibrationOrder> decode(const v1::CalibrationRequest& from) {
   }
   into.wand_m.assign(from.wand_m().begin(), from.wand_m().end());
   if (from.has_fov_deg()) {
-    // The comparison is written so that NaN is rejected.
-    if (!(from.fov_deg() >= kNarrowest_deg && from.fov_deg() <= kWidest_deg)) {
+    if (!is_within(from.fov_deg(), kNarrowest_deg, kWidest_deg)) {
       return wrong_calibration(
           fmt::format("fov_deg is {}, expected {} to {}", from.fov_deg(), kNarrowest_deg, kWidest_deg));
     }
@@ -132,6 +181,12 @@ v1::CalibrationRequest encode(const CalibrationOrder& from) {
   into.set_refine_lens(from.refine_lens);
   into.set_moved(from.moved);
   into.set_name(valid_utf8(from.name));
+  if (from.action != CalibrationAction::Floor) return into;
+  v1::FloorRequest& floor = *into.mutable_floor();
+  floor.set_method(wire_method_of(from.floor.method));
+  floor.set_long_m(from.floor.long_m);
+  floor.set_short_m(from.floor.short_m);
+  floor.set_height_m(from.floor.height_m);
   return into;
 }
 
@@ -139,6 +194,7 @@ v1::Calibration encode(const CalibrationReport& from) {
   v1::Calibration into;
   into.set_state(wire_state_of(from.state));
   into.set_complete(from.is_complete);
+  into.set_floor(from.is_floor);
   into.set_advice(valid_utf8(from.advice));
   into.set_min_shared(from.min_shared);
   into.set_step(valid_utf8(from.step));

@@ -4,11 +4,14 @@ import type { CameraView } from "../model/camera_view";
 import { Coverage, kColumns } from "../model/coverage";
 import { fixed } from "../model/format";
 import { sceneFrame } from "../model/scene_frame";
+import { useCalibration } from "../parts/calibration_progress";
 import { CellMap } from "../parts/cell_map";
+import { FloorCalibration } from "../parts/floor_calibration";
 import { useCameras } from "../parts/hooks";
+import { KeptRigs } from "../parts/kept_rigs";
 import { LevelPill } from "../parts/level_mark";
 import { Command, OrderButton, OutcomeLine, Panel } from "../parts/small";
-import { KeptRigs, WandCalibration } from "../parts/wand_calibration";
+import { WandCalibration } from "../parts/wand_calibration";
 import { description, health, mayChange, onFrame } from "../state/live";
 import { type Outcome, order } from "../state/orders";
 
@@ -123,12 +126,13 @@ export function CalibratePage(): JSX.Element {
   const cameras = useCameras();
   const [changes, setChanges] = useState(0);
   const rigChanged = () => setChanges((count) => count + 1);
+  const calibration = useCalibration(rigChanged);
   return (
     <div class="columns">
       <div class="stack steps">
         <Masks cameras={cameras} />
-        <WandCalibration applied={rigChanged} />
-        <Step title="Floor" text="Lay the floor frame where the origin should be." command="mocap-calibrate floor --config my.toml --frame 600,400" />
+        <WandCalibration calibration={calibration} />
+        <FloorCalibration calibration={calibration} />
         <Step title="Verify and repair" text="Checks with moving markers that every camera agrees with the rig; refine repairs drift and a bumped camera." command="mocap-calibrate refine --config my.toml" />
         <Reload />
       </div>

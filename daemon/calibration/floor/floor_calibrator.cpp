@@ -1,0 +1,100 @@
+#include "calibration/floor/floor_calibrator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calibration/floor/floor.h"
+#include "calibration/floor/measure_floor.h"
+#include "model/calibrated_camera.h"
+
+namespace mocap::calibration {
+namespace {
+
+constexpr Duration kStill = std::chrono::seconds(5);
+constexpr Duration kWalk = std::chrono::seconds(30);
+constexpr std::size_t kMaxPositions = 20000;
+// A marker that two cameras see may be a ghost.
+constexpr std::uint32_t kMinCameras = 3;
+
+Duration length_of(FloorMethod method) { return method == FloorMethod::Walk ? kWalk : kStill; }
+
+}  // namespace
+
+Status FloorCalibrator::start(const CalibrationOrder& order) {
+  const auto unknown = std::ranges::find_if_not(rig_, is_calibrated);
+  if (unknown != rig_.end()) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("camera '{}' is not in the rig: calibrate the cameras with a wand first", unknown->name)};
+  }
+  order_ = order.floor;
+  message_.clear();
+  begun_.reset();
+  collected_ = {};
+  stationary_ = {};
+  walk_m_.clear();
+  walk_step_ = 1;
+  walk_count_ = 0;
+  result_.reset();
+  state_ = CalibrationState::Collecting;
+  return {};
+}
+
+// Keeps a bounded number of positions, evenly over the whole walk.
+void FloorCalibrator::add_to_walk(const CalibrationMarkers& markers) {
+  for (const CalibrationMarker& marker : markers.markers) {
+    if (marker.cameras < kMinCameras || walk_count_++ % walk_step_ != 0) continue;
+    walk_m_.push_back(marker.at.v);
+    if (walk_m_.size() < kMaxPositions) continue;
+    for (std::size_t i = 0; i < walk_m_.size() / 2; ++i) walk_m_[i] = walk_m_[2 * i];
+    walk_m_.resize(walk_m_.size() / 2);
+    walk_step_ *= 2;
+  }
+}
+
+bool FloorCalibrator::add(const CalibrationMarkers& markers) {
+  if (state_ != CalibrationState::Collecting) return false;
+  if (!begun_) begun_ = markers.exposed_at;
+  collected_ = std::max(collected_, markers.exposed_at - *begun_);
+  if (order_.method == FloorMethod::Walk) {
+    add_to_walk(markers);
+  } else {
+    stationary_.begin(markers.exposed_at);
+    for (const CalibrationMarker& marker : markers.markers) stationary_.add(marker.track, marker.at.v);
+  }
+  return collected_ < length_of(order_.method);
+}
+
+void FloorCalibrator::solve(const CalibrationProgress& /*progress*/) {
+  const std::vector<Eigen::Vector3d> points_m = order_.method == FloorMethod::Walk ? walk_m_ : stationary_.positions();
+  const Result<Floor> floor = measure_floor(order_, points_m, rig_);
+  if (!floor) {
+    state_ = CalibrationState::Failed;
+    message_ = floor.error().message;
+    return;
+  }
+  result_.emplace();
+  result_->floor_rms_m = floor->rms_m;
+  result_->calibrated = {in_world(*floor, rig_),
+                         {{"floor", std::string(name_of(order_.method))}, {"floor_rms_mm", 1e3 * floor->rms_m}}};
+  state_ = CalibrationState::Solved;
+}
+
+std::string FloorCalibrator::advice() const {
+  const char* what = order_.method == FloorMethod::Walk    ? "walk through the whole volume"
+                     : order_.method == FloorMethod::Frame ? "leave the floor frame still"
+                                                           : "leave the markers on the floor still";
+  return fmt::format("{}: {:.0f} of {:.0f} s", what, to_s(collected_), to_s(length_of(order_.method)));
+}
+
+CalibrationReport FloorCalibrator::report() const {
+  CalibrationReport report;
+  report.state = state_;
+  report.is_floor = true;
+  report.message = message_;
+  if (state_ == CalibrationState::Collecting) report.advice = advice();
+  report.result = result_;
+  return report;
+}
+
+}  // namespace mocap::calibration
