@@ -1,6 +1,7 @@
 #include "reload.h"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -77,10 +78,8 @@ Status save_subject(const Configuration& now, const settings::NewSubject& subjec
 }
 
 // Writes a calibrated rig, with the masks in force, or an earlier one.
-Status save_rig(const Configuration& now, const runtime::MainOrder& order) {
-  const auto places = settings::rig_places(*now.settings);
-  if (!places) return places.error();
-  if (!order.restore.empty()) return settings::restore_rig(*places, order.restore);
+Status write_ordered_rig(const settings::RigPlaces& places, const Configuration& now, const runtime::MainOrder& order) {
+  if (!order.restore.empty()) return settings::restore_rig(places, order.restore);
   CalibratedRig rig = *order.rig;
   for (CameraModel& camera : rig.rig) {
     const auto same = std::ranges::find(now.settings->rig, camera.name, &CameraModel::name);
@@ -88,7 +87,19 @@ Status save_rig(const Configuration& now, const runtime::MainOrder& order) {
     camera.masks = same->masks;
     camera.learnt_masks = same->learnt_masks;
   }
-  return settings::write_rig(*places, rig);
+  return settings::write_rig(places, rig);
+}
+
+// Writes a rig; if the configuration has faults with it, the rig file is as before.
+Status save_rig(const Configuration& now, const runtime::MainOrder& order) {
+  const auto places = settings::rig_places(*now.settings);
+  if (!places) return places.error();
+  const std::optional<std::string> before = settings::written_rig(*places);
+  if (Status written = write_ordered_rig(*places, now, order); !written) return written;
+  const auto read = load_checked(now.file, now.state);
+  if (read) return {};
+  if (Status undone = settings::undo_rig(*places, before); !undone) return undone;
+  return Error{ErrorCode::InvalidArgument, settings::to_text(read.error())};
 }
 
 void list_rigs(const Configuration& now, runtime::MainDone& answer) {

@@ -15,11 +15,13 @@ class EndlessCalibrator : public RigCalibrator {
  public:
   explicit EndlessCalibrator(std::atomic<int>& images) : images_(images) {}
   Status start(const CalibrationOrder& order) override {
-    if (order.wand_m.empty()) return Error{ErrorCode::InvalidArgument, "no wand"};
+    if (order.action == CalibrationAction::Wand && order.wand_m.empty())
+      return Error{ErrorCode::InvalidArgument, "no wand"};
     report_.state = CalibrationState::Collecting;
     return {};
   }
   bool add(std::size_t /*camera*/, const CalibrationImage& /*image*/) override { return ++images_ < 1000; }
+  bool add(const CalibrationMarkers& markers) override { return markers.markers.empty(); }
   void solve(const CalibrationProgress& progress) override {
     while (progress("adjusting", 0.5)) std::this_thread::yield();
     report_.state = CalibrationState::Cancelled;
@@ -104,6 +106,22 @@ TEST_F(CalibrationWorkerTest, SolvesOnlyWhatWasCollectedAndEndsASolutionThatIsCa
   channel_.cancelled.store(true);
 
   EXPECT_TRUE(reaches(CalibrationState::Cancelled));
+}
+
+TEST_F(CalibrationWorkerTest, MeasuresTheFloorWithoutAFurtherOrderWhenTheMarkersSuffice) {
+  ASSERT_TRUE(order(CalibrationAction::Floor));
+  EXPECT_TRUE(channel_.markers.wanted.load());
+  EXPECT_FALSE(camera_.calibrating.load());
+  ASSERT_TRUE(channel_.markers.markers.try_push({}));
+  EXPECT_TRUE(reaches(CalibrationState::Collecting));
+
+  CalibrationMarkers last;
+  static_cast<void>(last.markers.try_push_back({}));
+  ASSERT_TRUE(channel_.markers.markers.try_push(last));
+
+  EXPECT_TRUE(reaches(CalibrationState::Solving));
+  EXPECT_FALSE(channel_.markers.wanted.load());
+  channel_.cancelled.store(true);
 }
 
 TEST_F(CalibrationWorkerTest, EndsWhileItSolves) {

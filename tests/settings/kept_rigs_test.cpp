@@ -78,5 +78,32 @@ TEST(KeptRigs, AreInTheStateFolderIfThereIsOne) {
   EXPECT_EQ(rig_places(settings)->in_force, "/etc/mocapd/rig.toml");
 }
 
+TEST(KeptRigs, UndoesARigThatTheConfigurationRefuses) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};
+  const auto none = written_rig(places);
+  ASSERT_TRUE(write_rig(places, rig_at(1.0)));
+  const auto first = written_rig(places);
+  ASSERT_TRUE(write_rig(places, rig_at(2.0)));
+
+  ASSERT_TRUE(undo_rig(places, first));
+  EXPECT_EQ((*load_rig(places.in_force))[0].camera_from_world.translation.x(), 1.0);
+  ASSERT_TRUE(undo_rig(places, none));
+  EXPECT_FALSE(std::filesystem::exists(places.written));
+  EXPECT_EQ(list_rigs(places).size(), 2u);
+}
+
+TEST(KeptRigs, ANewFloorKeepsTheResidualOfTheCameras) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};
+  ASSERT_TRUE(write_rig(places, rig_at(1.0)));
+  CalibratedRig placed = rig_at(2.0);
+  placed.facts = {{"floor_rms_mm", 0.2}};
+
+  ASSERT_TRUE(write_rig(places, placed));
+
+  EXPECT_EQ(list_rigs(places)[0].rms_px, 0.125);
+}
+
 }  // namespace kept_rigs_test
 }  // namespace mocap::settings

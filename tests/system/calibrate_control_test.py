@@ -1,6 +1,7 @@
 """The running daemon calibrates its cameras by requests: from no rig to a rig in force, and back to an earlier one."""
 
 import json
+import math
 import tomllib
 import unittest
 
@@ -45,7 +46,7 @@ class CalibrateByRequests(unittest.TestCase):
         return json.loads(asked.stdout)["calibration"] if asked.returncode == 0 else {}
 
     def start(self):
-        self.desk.start("mocap-sim", "--serve", "--rig", RIG, "--motion", "wand:0,160,500")
+        self.simulated = self.desk.start("mocap-sim", "--serve", "--rig", RIG, "--motion", "wand:0,160,500")
         self.desk.start("mocapd", "--config", self.config, "--state", self.desk.folder / "state")
         until(lambda: self.ctl("status").returncode == 0, "the daemon answers")
 
@@ -74,6 +75,35 @@ class CalibrateByRequests(unittest.TestCase):
         again = json.loads(self.ctl("calibrate", "list", "--json").stdout)["rigs"]["rigs"]
         self.assertEqual([each["inForce"] for each in again], [False, True])
         self.assertEqual(self.ctl("calibrate", "restore", "nothing").returncode, 65)
+
+    def test_the_floor_frame_gives_the_world(self):
+        self.start()
+        self.assertIn("is not in the rig", self.ctl("calibrate", "floor").stderr)
+        made = self.ctl("calibrate", "wand", "--wand", "500", "--fov", "65", "--seconds", "60")
+        self.assertIn("provisional", made.stdout, made.stderr)
+        self.simulated.end()
+        self.desk.start("mocap-sim", "--serve", "--rig", RIG, "--motion", "frame:600,400")
+
+        def laid():
+            self.measured = self.ctl("calibrate", "floor", "--frame", "600,400", "--dry-run")
+            return self.measured.returncode == 0
+
+        until(laid, "the cameras are back and see the floor frame")
+        rig, good = (self.desk.folder / "state/rig.toml").read_bytes(), self.config.read_text()
+        self.config.write_text(good + "\n[nonsense]\n")
+        refused = self.ctl("calibrate", "apply")
+        self.assertIn("nonsense", refused.stderr)
+        self.assertEqual((self.desk.folder / "state/rig.toml").read_bytes(), rig, "a rig that is not in force")
+        self.config.write_text(good)
+        self.assertEqual(self.ctl("calibrate", "apply").returncode, 0)
+
+        self.assertIn("residual", self.measured.stdout)
+        truth, found = centres(RIG), centres(self.desk.folder / "state/rig.toml")
+        for name, centre in truth.items():
+            self.assertLess(math.dist(centre, found[name]), 0.02, name)
+        facts = tomllib.loads((self.desk.folder / "state/rig.toml").read_text())["metadata"]
+        self.assertEqual(facts["floor"], "frame")
+        self.assertGreater(facts["rms_px"], 0.0)
 
     def test_a_cancelled_calibration_has_no_result(self):
         self.start()

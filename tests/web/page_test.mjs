@@ -256,6 +256,21 @@ test("A wand calibration goes from the first image to a rig in force, and back t
   assert.deepEqual(standIn.requests.slice(1).map(({ params }) => params.action), ["ACTION_SOLVE", "ACTION_APPLY", "ACTION_WAND", "ACTION_SOLVE", "ACTION_APPLY", "ACTION_RESTORE"]);
 });
 
+test("The floor is measured with a floor frame", async () => {
+  const { page } = await visit("#/calibrate");
+  const floor = page.getByRole("region", { name: "Floor", exact: true });
+  await floor.getByLabel(/Long and short arm/).fill("500, 300");
+  await floor.getByLabel(/above the floor/).fill("12");
+  await floor.getByRole("button", { name: "Measure the floor" }).click();
+  await floor.getByText("within 0.4").waitFor();
+  await floor.getByRole("button", { name: "Apply" }).click();
+  await floor.getByText("The rig is in force.").waitFor();
+
+  assert.deepEqual(standIn.requests.map(({ params }) => params), [
+    { action: "ACTION_FLOOR", floor: { method: "METHOD_FRAME", heightM: 0.012, longM: 0.5, shortM: 0.3 } }, { action: "ACTION_APPLY" },
+  ]);
+});
+
 test("A wand that is no wand cannot be waved", async () => {
   const { page } = await visit("#/calibrate");
   await page.getByLabel(/Its markers from one end/).fill("0, 500, 160");

@@ -7,6 +7,7 @@ export class SimulatedCalibration {
     this.cameras = cameras;
     this.state = "IDLE";
     this.samples = 0;
+    this.floor = false;
     this.rigs = [];
   }
 
@@ -16,7 +17,8 @@ export class SimulatedCalibration {
   answer({ action, name }) {
     if (action === "ACTION_LIST") return { rigs: { rigs: this.rigs } };
     if (action === "ACTION_STATUS" && this.state === "COLLECTING") this.samples = Math.min(kNeeded, this.samples + kSamplesPerLook);
-    if (action === "ACTION_WAND") Object.assign(this, { state: "COLLECTING", samples: 0 });
+    if (action === "ACTION_STATUS" && this.floor && this.state === "COLLECTING") this.state = "SOLVED";
+    if (action === "ACTION_WAND" || action === "ACTION_FLOOR") Object.assign(this, { state: "COLLECTING", samples: 0, floor: action === "ACTION_FLOOR" });
     if (action === "ACTION_SOLVE") this.state = "SOLVED";
     if (action === "ACTION_CANCEL") this.state = "CANCELLED";
     if (action === "ACTION_APPLY") {
@@ -32,7 +34,13 @@ export class SimulatedCalibration {
     for (const rig of this.rigs) rig.inForce = rig.name === name;
   }
 
+  floorProgress() {
+    const solved = this.state === "SOLVED" || this.state === "APPLIED";
+    return { state: `CALIBRATION_STATE_${this.state}`, floor: true, advice: "leave the floor frame still: 2 of 5 s", ...(solved && { result: { floorRmsM: 0.0004 } }) };
+  }
+
   progress() {
+    if (this.floor) return this.floorProgress();
     const solved = this.state === "SOLVED" || this.state === "APPLIED";
     const complete = this.samples >= kNeeded;
     const cells = Array.from({ length: kCells }, (_, i) => (i < (kCells * this.samples) / kNeeded ? this.samples : 0));

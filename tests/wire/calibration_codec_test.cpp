@@ -40,7 +40,30 @@ TEST(CalibrationCodec, AnOrderSurvivesTheWire) {
   EXPECT_TRUE(came->calibration.moved);
 }
 
+TEST(CalibrationCodec, AnOrderOfTheFloorSurvivesTheWire) {
+  ControlRequest sent;
+  sent.action = ControlAction::Calibrate;
+  sent.calibration.action = CalibrationAction::Floor;
+  sent.calibration.floor = {FloorMethod::Walk, 0.5, 0.3, 0.04};
+
+  const auto came = decode(encode(sent));
+
+  ASSERT_TRUE(came) << came.error().message;
+  EXPECT_EQ(came->calibration.floor.method, FloorMethod::Walk);
+  EXPECT_EQ(came->calibration.floor.long_m, 0.5);
+  EXPECT_EQ(came->calibration.floor.short_m, 0.3);
+  EXPECT_EQ(came->calibration.floor.height_m, 0.04);
+  const auto by_default = decode(request_of(v1::CalibrationRequest::ACTION_FLOOR));
+  EXPECT_EQ(by_default->calibration.floor.method, FloorMethod::Frame);
+  EXPECT_EQ(by_default->calibration.floor.long_m, 0.6);
+}
+
 TEST(CalibrationCodec, NamesTheFieldThatIsWrong) {
+  v1::Request floor = request_of(v1::CalibrationRequest::ACTION_FLOOR);
+  floor.mutable_calibration()->mutable_floor()->set_height_m(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(decode(floor).error().message, testing::HasSubstr("height_m"));
+  floor.mutable_calibration()->mutable_floor()->set_short_m(11.0);
+  EXPECT_THAT(decode(floor).error().message, testing::HasSubstr("short_m is 11"));
   v1::Request wand = request_of(v1::CalibrationRequest::ACTION_WAND);
   wand.mutable_calibration()->set_fov_deg(std::numeric_limits<double>::quiet_NaN());
   EXPECT_THAT(decode(wand).error().message, testing::HasSubstr("fov_deg"));

@@ -93,7 +93,8 @@ int main(int argc, char** argv) {
   ctl::add_retrack_command(*app.get_subcommand("take"), chosen);
   ctl::LiveOptions live;
   ctl::add_live_commands(app, live);
-  ctl::LiveOptions calibration{.seconds = 180.0};
+  ctl::LiveOptions calibration;
+  calibration.seconds = 180.0;
   ctl::add_calibrate_command(app, calibration);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   try {

@@ -130,6 +130,16 @@ Status restore_rig(const RigPlaces& places, const std::string& name) {
   return replace_file(places.written, *bytes);
 }
 
+std::optional<std::string> written_rig(const RigPlaces& places) { return bytes_of(places.written); }
+
+Status undo_rig(const RigPlaces& places, const std::optional<std::string>& bytes) {
+  if (bytes) return replace_file(places.written, *bytes);
+  std::error_code failed;
+  std::filesystem::remove(places.written, failed);
+  if (!failed) return {};
+  return Error{ErrorCode::Io, fmt::format("'{}' cannot be removed: {}", places.written.string(), failed.message())};
+}
+
 std::vector<KeptRig> list_rigs(const RigPlaces& places) {
   const std::optional<std::string> in_force = bytes_of(places.in_force);
   std::vector<KeptRig> all;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ Status write_rig(const RigPlaces& places, const CalibratedRig& rig);
 /// Keeps the rig in force, and writes a kept one in its place. Fails with NotFound, Io or, if the kept file has faults,
 /// InvalidArgument.
 Status restore_rig(const RigPlaces& places, const std::string& name);
+
+/// The bytes of the file `written`; nothing if there is none. Taken before write_rig or restore_rig, for undo_rig.
+std::optional<std::string> written_rig(const RigPlaces& places);
+
+/// Puts the bytes back, because the configuration with the new rig has faults. The new rig is kept. Fails with Io.
+Status undo_rig(const RigPlaces& places, const std::optional<std::string>& bytes);
 
 /// The kept rigs, the newest first, at most 200.
 std::vector<KeptRig> list_rigs(const RigPlaces& places);
