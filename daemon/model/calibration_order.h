@@ -20,9 +20,9 @@ enum class CalibrationAction {
 
 /// How the floor is measured.
 enum class FloorMethod {
-  Frame,    ///< with a floor frame, which determines the axes, too
-  Markers,  ///< with three markers or more on the floor
-  Walk,     ///< with the lowest markers of a person who walks through the volume
+  Frame,   ///< with a floor frame, which determines the axes, too
+  Points,  ///< with three markers or more on the floor
+  Walk,    ///< with the lowest markers of a person who walks through the volume
 };
 
 struct FloorOrder {

@@ -110,7 +110,7 @@ TEST(OrderCalibrator, GivesMarkersToTheFloorOnly) {
   EXPECT_FALSE(calibrator.add(CalibrationMarkers{})) << "nothing was ordered";
   EXPECT_EQ(calibrator.report().state, CalibrationState::Idle);
 
-  ASSERT_TRUE(calibrator.start(floor_order(FloorMethod::Markers)));
+  ASSERT_TRUE(calibrator.start(floor_order(FloorMethod::Points)));
   EXPECT_TRUE(calibrator.add(CalibrationMarkers{}));
   CalibrationOrder wand;
   wand.action = CalibrationAction::Wand;

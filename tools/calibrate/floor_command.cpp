@@ -15,7 +15,7 @@ constexpr double kWalkSeconds = 30.0;
 
 FloorOrder order_of(const FloorOptions& options) {
   FloorOrder order;
-  if (options.by_markers) order.method = FloorMethod::Markers;
+  if (options.by_markers) order.method = FloorMethod::Points;
   if (options.by_walk) order.method = FloorMethod::Walk;
   order.long_m = 1e-3 * options.frame_mm[0];
   order.short_m = 1e-3 * options.frame_mm[1];

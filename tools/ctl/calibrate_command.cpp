@@ -141,7 +141,7 @@ int calibrate_with_wand(LiveOptions& options) {
 int measure_floor(LiveOptions& options) {
   FloorOrder& floor = options.request.calibration.floor;
   options.request.calibration.action = CalibrationAction::Floor;
-  if (options.by_markers) floor.method = FloorMethod::Markers;
+  if (options.by_markers) floor.method = FloorMethod::Points;
   if (options.by_walk) floor.method = FloorMethod::Walk;
   floor.long_m = 1e-3 * options.frame_mm[0];
   floor.short_m = 1e-3 * options.frame_mm[1];

@@ -29,7 +29,7 @@ Result<Floor> floor_by_frame(const FloorFrame& frame, std::span<const Eigen::Vec
 Result<Floor> measure_floor(const FloorOrder& order, std::span<const Eigen::Vector3d> points_m, const Rig& rig) {
   switch (order.method) {
     case FloorMethod::Walk: return floor_from_walk(points_m, order.height_m, rig);
-    case FloorMethod::Markers: return floor_from_points(points_m, order.height_m, rig);
+    case FloorMethod::Points: return floor_from_points(points_m, order.height_m, rig);
     case FloorMethod::Frame: break;
   }
   return floor_by_frame({order.long_m, order.short_m, order.height_m}, points_m, rig);
@@ -38,7 +38,7 @@ Result<Floor> measure_floor(const FloorOrder& order, std::span<const Eigen::Vect
 const char* name_of(FloorMethod method) noexcept {
   switch (method) {
     case FloorMethod::Walk: return "walk";
-    case FloorMethod::Markers: return "markers";
+    case FloorMethod::Points: return "markers";
     case FloorMethod::Frame: break;
   }
   return "frame";

@@ -65,7 +65,7 @@ v1::CalibrationState wire_state_of(CalibrationState state) {
 
 FloorMethod floor_method_of(v1::FloorRequest::Method method) {
   switch (method) {
-    case v1::FloorRequest::METHOD_MARKERS: return FloorMethod::Markers;
+    case v1::FloorRequest::METHOD_MARKERS: return FloorMethod::Points;
     case v1::FloorRequest::METHOD_WALK: return FloorMethod::Walk;
     default: return FloorMethod::Frame;
   }
@@ -73,7 +73,7 @@ FloorMethod floor_method_of(v1::FloorRequest::Method method) {
 
 v1::FloorRequest::Method wire_method_of(FloorMethod method) {
   switch (method) {
-    case FloorMethod::Markers: return v1::FloorRequest::METHOD_MARKERS;
+    case FloorMethod::Points: return v1::FloorRequest::METHOD_MARKERS;
     case FloorMethod::Walk: return v1::FloorRequest::METHOD_WALK;
     case FloorMethod::Frame: break;
   }
