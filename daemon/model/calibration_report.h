@@ -68,6 +68,7 @@ struct CalibrationResult {
 
 /// The progress of a calibration.
 struct CalibrationReport {
+  std::uint64_t order = 0;  ///< number of the newest order that was followed
   CalibrationState state = CalibrationState::Idle;
   bool is_floor = false;         ///< the floor is measured, not the cameras
   bool is_complete = false;      ///< the images suffice

@@ -19,6 +19,13 @@ constexpr Duration kReportPeriod = std::chrono::milliseconds(250);
 // Below every other thread of the daemon and of other programs of default priority.
 constexpr int kNiceness = 10;
 
+CalibrationReport refused(const std::string& why) {
+  CalibrationReport report;
+  report.state = CalibrationState::Failed;
+  report.message = why;
+  return report;
+}
+
 }  // namespace
 
 CalibrationWorker::CalibrationWorker(std::unique_ptr<RigCalibrator> calibrator, std::vector<CameraChannel*> cameras,
@@ -46,34 +53,34 @@ void CalibrationWorker::run(const std::stop_token& stop) {
 void CalibrationWorker::follow_orders() {
   CalibrationOrder order;
   while (channel_.orders.try_pop(order)) {
-    const Status end = follow(order);
-    send_report(report());  // before the answer, so that a client which asks next finds it
-    static_cast<void>(channel_.done.try_push({order.number, end}));
+    order_ = order.number;
+    follow(order);
+    send_report(report());
   }
 }
 
-Status CalibrationWorker::follow(const CalibrationOrder& order) {
+// An order to solve may come when the floor has been computed already.
+void CalibrationWorker::follow(const CalibrationOrder& order) {
   switch (order.action) {
     case CalibrationAction::Wand:
-    case CalibrationAction::Floor: {
-      end_collection();
-      const Status started = calibrator_->start(order);
-      if (!started) return started;
-      is_cancelled_ = false;
-      collect(order.action);
-      return {};
-    }
+    case CalibrationAction::Floor: return start(order);
     case CalibrationAction::Solve:
-      if (!collecting_) {
-        return Error{ErrorCode::InvalidArgument,
-                     "nothing is collected; start with a wand (mocapctl calibrate wand) or with the floor (mocapctl "
-                     "calibrate floor)"};
-      }
+      if (!collecting_) return;
       take_images();
-      begin_solution();
-      return {};
-    default: cancel(); return {};
+      return begin_solution();
+    default: cancel();
   }
+}
+
+void CalibrationWorker::start(const CalibrationOrder& order) {
+  end_collection();
+  is_cancelled_ = false;
+  refusal_.reset();
+  if (const Status started = calibrator_->start(order); !started) {
+    refusal_ = started.error().message;
+    return;
+  }
+  collect(order.action);
 }
 
 void CalibrationWorker::begin_solution() {
@@ -190,6 +197,8 @@ void CalibrationWorker::solve(const std::stop_token& stop) {
 
 CalibrationReport CalibrationWorker::report() const {
   CalibrationReport report = calibrator_->report();
+  if (refusal_) report = refused(*refusal_);
+  report.order = order_;
   if (is_cancelled_) {
     report.state = CalibrationState::Cancelled;
     report.message = "cancelled by an operator";

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -17,16 +18,9 @@
 
 namespace mocap::runtime {
 
-/// Answer of the calibration thread to an order.
-struct CalibrationDone {
-  std::uint64_t order = 0;
-  Status end;
-};
-
 /// Queues between the calibration thread and the control thread.
 struct CalibrationChannel {
   SpscQueue<CalibrationOrder> orders{4};    ///< Wand, Floor, Solve and Cancel; the control thread then signals ordered
-  SpscQueue<CalibrationDone> done{4};       ///< an answer to each order; to Solve before the solution begins
   SpscQueue<CalibrationReport> reports{4};  ///< when they change, a few times a second
   std::atomic<bool> cancelled{false};       ///< set by the control thread with Cancel: ends a solution
   WakeSignal ordered;
@@ -52,7 +46,8 @@ class CalibrationWorker {
 
  private:
   void follow_orders();
-  Status follow(const CalibrationOrder& order);
+  void follow(const CalibrationOrder& order);
+  void start(const CalibrationOrder& order);
   void collect(CalibrationAction what);
   void collect_images(bool on);
   void collect_markers(bool on);
@@ -74,9 +69,11 @@ class CalibrationWorker {
   std::atomic<bool> solving_{false};
   std::atomic<bool> ended_{false};
   bool collecting_ = false;  // images or markers
-  bool solves_ = false;      // after the answer to Solve
+  bool solves_ = false;
   bool is_cancelled_ = false;
-  bool report_waits_ = false;  // for room in the queue, or until it is due
+  std::optional<std::string> refusal_;  // of the newest order to collect
+  std::uint64_t order_ = 0;             // the newest that was followed
+  bool report_waits_ = false;           // for room in the queue, or until it is due
   Timestamp reported_at_;
 };
 

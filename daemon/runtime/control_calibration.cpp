@@ -1,7 +1,6 @@
 // The part of ControlWorker that executes requests about the calibration.
 #include <fmt/format.h>
 
-#include <thread>
 #include <utility>
 
 #include "base/log.h"
@@ -9,9 +8,6 @@
 
 namespace mocap::runtime {
 namespace {
-
-constexpr Duration kCalibrationPatience = std::chrono::seconds(3);
-constexpr Duration kCalibrationPoll = std::chrono::milliseconds(1);
 
 ControlAnswer calibration_answer(ControlCode code, std::string message) {
   ControlAnswer answer;
@@ -30,7 +26,7 @@ ControlAnswer not_calibrated_here() {
 void ControlWorker::receive_calibration() {
   if (links_.calibration == nullptr) return;
   while (CalibrationReport* report = links_.calibration->reports.front()) {
-    calibration_ = std::move(*report);
+    if (report->order == calibration_order_) calibration_ = std::move(*report);
     links_.calibration->reports.pop();
   }
 }
@@ -55,41 +51,52 @@ ControlAnswer ControlWorker::calibrate(const CalibrationOrder& order, const std:
       restore.restore = order.name;
       return order_main(std::move(restore), stop);
     }
-    default: return order_calibration(order, stop);
+    default: return order_calibration(order);
   }
 }
 
-ControlAnswer ControlWorker::order_calibration(CalibrationOrder order, const std::stop_token& stop) {
+// The calibration thread may take seconds until it follows the order: it loads the solver, or is in a step of a
+// solution. So the answer says what was ordered, and reports from before the order are passed over.
+ControlAnswer ControlWorker::order_calibration(CalibrationOrder order) {
   CalibrationChannel& channel = *links_.calibration;
   const bool cancels = order.action == CalibrationAction::Cancel;
-  const bool solving = calibration_.state == CalibrationState::Solving;
-  if (solving && !cancels) {
+  if (calibration_.state == CalibrationState::Solving && !cancels) {
     return calibration_answer(ControlCode::Failed, "a rig is being computed; wait for its end, or cancel it");
   }
+  if (order.action == CalibrationAction::Solve && calibration_.state != CalibrationState::Collecting) {
+    return calibration_answer(ControlCode::Invalid,
+                              "nothing is collected; start with a wand (mocapctl calibrate wand) or with the floor "
+                              "(mocapctl calibrate floor)");
+  }
   if (cancels) channel.cancelled.store(true, std::memory_order_relaxed);
-  const std::uint64_t number = order.number = ++orders_;
+  order.number = calibration_order_ + 1;
+  const CalibrationAction action = order.action;
   if (!channel.orders.try_push(std::move(order))) {
-    return calibration_answer(ControlCode::Timeout, "the calibration did not answer in time");
+    return calibration_answer(ControlCode::Timeout, "the calibration is busy; try again in a few seconds");
   }
+  ++calibration_order_;
   channel.ordered.signal();
-  // A step of the solution may take longer than the patience of a client.
-  if (solving) return calibration_answer(ControlCode::Done, "the calibration ends after the step in progress");
-  const Timestamp begun = host_now();
-  while (!stop.stop_requested() && host_now() - begun < kCalibrationPatience) {
-    receive_calibration();
-    CalibrationDone done;
-    while (channel.done.try_pop(done)) {
-      if (done.order != number) continue;
-      receive_calibration();
-      if (!done.end) return calibration_answer(ControlCode::Invalid, done.end.error().message);
-      ControlAnswer answer;
-      answer.calibration = &calibration_;
-      return answer;
-    }
-    std::this_thread::sleep_for(kCalibrationPoll);
+  expect_calibration(action);
+  ControlAnswer answer;
+  answer.calibration = &calibration_;
+  return answer;
+}
+
+// The report until the calibration thread has followed the order.
+void ControlWorker::expect_calibration(CalibrationAction ordered) {
+  switch (ordered) {
+    case CalibrationAction::Solve: calibration_.state = CalibrationState::Solving; return;
+    case CalibrationAction::Cancel:
+      calibration_.state = CalibrationState::Cancelled;
+      calibration_.message = "cancelled by an operator";
+      calibration_.result.reset();
+      return;
+    default:
+      calibration_ = CalibrationReport{};
+      calibration_.state = CalibrationState::Collecting;
+      calibration_.is_floor = ordered == CalibrationAction::Floor;
+      calibration_.advice = "starting";
   }
-  return calibration_answer(ControlCode::Timeout,
-                            "the calibration did not answer in time; the request may still be executed");
 }
 
 ControlAnswer ControlWorker::apply_calibration(const std::stop_token& stop) {

@@ -55,7 +55,8 @@ class ControlWorker {
   ControlAnswer order_take(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer look_at_calibration(const CalibrationOrder& order, const std::stop_token& stop);
   ControlAnswer calibrate(const CalibrationOrder& order, const std::stop_token& stop);
-  ControlAnswer order_calibration(CalibrationOrder order, const std::stop_token& stop);
+  ControlAnswer order_calibration(CalibrationOrder order);
+  void expect_calibration(CalibrationAction ordered);
   ControlAnswer apply_calibration(const std::stop_token& stop);
   void receive_calibration();
   ControlAnswer order_main(MainOrder order, const std::stop_token& stop);
@@ -74,7 +75,8 @@ class ControlWorker {
   std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
-  CalibrationReport calibration_;  // the newest
+  std::uint64_t calibration_order_ = 0;  // number of the newest order to the calibration
+  CalibrationReport calibration_;        // the newest
 };
 
 }  // namespace mocap::runtime

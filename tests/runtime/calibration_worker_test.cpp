@@ -42,25 +42,23 @@ class CalibrationWorkerTest : public testing::Test {
   // Waits for the next report in a state.
   bool reaches(CalibrationState state) {
     return until([&] {
-      CalibrationReport report;
-      while (channel_.reports.try_pop(report)) {
-        if (report.state == state) return true;
+      while (channel_.reports.try_pop(report_)) {
+        if (report_.state == state) return true;
       }
       return false;
     });
   }
 
-  Status order(CalibrationAction action, std::vector<double> wand_m = {}) {
+  // Returns the state after the order.
+  CalibrationState order(CalibrationAction action, std::vector<double> wand_m = {}) {
     CalibrationOrder order;
     order.number = ++orders_;
     order.action = action;
     order.wand_m = std::move(wand_m);
-    static_cast<void>(channel_.orders.try_push(order));
+    EXPECT_TRUE(channel_.orders.try_push(order));
     channel_.ordered.signal();
-    CalibrationDone done;
-    EXPECT_TRUE(until([&] { return channel_.done.try_pop(done); }));
-    EXPECT_EQ(done.order, orders_);
-    return done.end;
+    EXPECT_TRUE(until([&] { return channel_.reports.try_pop(report_) && report_.order == orders_; }));
+    return report_.state;
   }
 
   template <class Holds>
@@ -78,38 +76,39 @@ class CalibrationWorkerTest : public testing::Test {
   CameraChannel camera_{4, fusion_};
   CalibrationChannel channel_;
   std::uint64_t orders_ = 0;
+  CalibrationReport report_;
   CalibrationWorker worker_;
   std::jthread thread_;
 };
 
 TEST_F(CalibrationWorkerTest, TakesImagesOnlyWhileItCollects) {
   EXPECT_FALSE(camera_.calibrating.load());
-  EXPECT_FALSE(order(CalibrationAction::Wand)) << "the calibrator refuses an order without a wand";
+  EXPECT_EQ(order(CalibrationAction::Wand), CalibrationState::Failed)
+      << "the calibrator refuses an order without a wand";
+  EXPECT_EQ(report_.message, "no wand");
   EXPECT_FALSE(camera_.calibrating.load());
 
-  ASSERT_TRUE(order(CalibrationAction::Wand, {0.0, 0.5}));
+  ASSERT_EQ(order(CalibrationAction::Wand, {0.0, 0.5}), CalibrationState::Collecting);
   EXPECT_TRUE(camera_.calibrating.load());
   ASSERT_TRUE(camera_.to_calibrate.try_push({}));
   EXPECT_TRUE(until([&] { return images_ == 1; }));
 
-  ASSERT_TRUE(order(CalibrationAction::Cancel));
+  EXPECT_EQ(order(CalibrationAction::Cancel), CalibrationState::Cancelled);
   EXPECT_FALSE(camera_.calibrating.load());
-  EXPECT_TRUE(reaches(CalibrationState::Cancelled));
 }
 
 TEST_F(CalibrationWorkerTest, SolvesOnlyWhatWasCollectedAndEndsASolutionThatIsCancelled) {
-  EXPECT_FALSE(order(CalibrationAction::Solve));
-  ASSERT_TRUE(order(CalibrationAction::Wand, {0.0, 0.5}));
+  EXPECT_EQ(order(CalibrationAction::Solve), CalibrationState::Idle) << "nothing was collected";
+  ASSERT_EQ(order(CalibrationAction::Wand, {0.0, 0.5}), CalibrationState::Collecting);
 
-  ASSERT_TRUE(order(CalibrationAction::Solve));
-  EXPECT_TRUE(reaches(CalibrationState::Solving));
+  EXPECT_EQ(order(CalibrationAction::Solve), CalibrationState::Solving);
   channel_.cancelled.store(true);
 
   EXPECT_TRUE(reaches(CalibrationState::Cancelled));
 }
 
 TEST_F(CalibrationWorkerTest, MeasuresTheFloorWithoutAFurtherOrderWhenTheMarkersSuffice) {
-  ASSERT_TRUE(order(CalibrationAction::Floor));
+  ASSERT_EQ(order(CalibrationAction::Floor), CalibrationState::Collecting);
   EXPECT_TRUE(channel_.markers.wanted.load());
   EXPECT_FALSE(camera_.calibrating.load());
   ASSERT_TRUE(channel_.markers.markers.try_push({}));
@@ -125,8 +124,8 @@ TEST_F(CalibrationWorkerTest, MeasuresTheFloorWithoutAFurtherOrderWhenTheMarkers
 }
 
 TEST_F(CalibrationWorkerTest, EndsWhileItSolves) {
-  ASSERT_TRUE(order(CalibrationAction::Wand, {0.0, 0.5}));
-  ASSERT_TRUE(order(CalibrationAction::Solve));
+  ASSERT_EQ(order(CalibrationAction::Wand, {0.0, 0.5}), CalibrationState::Collecting);
+  ASSERT_EQ(order(CalibrationAction::Solve), CalibrationState::Solving);
 
   thread_.request_stop();
   thread_.join();
