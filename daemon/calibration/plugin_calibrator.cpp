@@ -9,11 +9,13 @@ namespace mocap::calibration {
 namespace {
 
 // The plug-in stays loaded until the program ends: OpenCV's libraries do not support unloading.
-Result<MakeCalibrator*> load_plugin() {
+Result<std::unique_ptr<RigCalibrator>> load_plugin(const Rig& rig, int threads) {
   const std::filesystem::path file = install_folders().plugins / "mocap_calibration.so";
   void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const function = library != nullptr ? dlsym(library, "mocap_make_calibrator") : nullptr;
-  if (function != nullptr) return reinterpret_cast<MakeCalibrator*>(function);
+  if (function != nullptr) {
+    return std::unique_ptr<RigCalibrator>(reinterpret_cast<MakeCalibrator*>(function)(rig, threads));
+  }
   const char* const why = dlerror();
   return Error{ErrorCode::Unsupported,
                fmt::format("cannot load the plug-in that computes rigs: {}; it is in the package mocap-tools",
@@ -24,9 +26,9 @@ Result<MakeCalibrator*> load_plugin() {
 
 Status PluginCalibrator::start(const CalibrationOrder& order) {
   if (!loaded_) {
-    const Result<MakeCalibrator*> make = load_plugin();
-    if (!make) return make.error();
-    loaded_.reset((*make)(rig_, threads_));
+    Result<std::unique_ptr<RigCalibrator>> loaded = load_plugin(rig_, threads_);
+    if (!loaded) return loaded.error();
+    loaded_ = std::move(*loaded);
   }
   return loaded_->start(order);
 }
