@@ -61,17 +61,17 @@ TEST(CalibrationCodec, AnOrderOfTheFloorSurvivesTheWire) {
 TEST(CalibrationCodec, NamesTheFieldThatIsWrong) {
   v1::Request floor = request_of(v1::CalibrationRequest::ACTION_FLOOR);
   floor.mutable_calibration()->mutable_floor()->set_height_m(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THAT(decode(floor).error().message, testing::HasSubstr("height_m"));
+  EXPECT_THAT(decode(floor).error().message, ::testing::HasSubstr("height_m"));
   floor.mutable_calibration()->mutable_floor()->set_short_m(11.0);
-  EXPECT_THAT(decode(floor).error().message, testing::HasSubstr("short_m is 11"));
+  EXPECT_THAT(decode(floor).error().message, ::testing::HasSubstr("short_m is 11"));
   v1::Request wand = request_of(v1::CalibrationRequest::ACTION_WAND);
   wand.mutable_calibration()->set_fov_deg(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THAT(decode(wand).error().message, testing::HasSubstr("fov_deg"));
+  EXPECT_THAT(decode(wand).error().message, ::testing::HasSubstr("fov_deg"));
   wand.mutable_calibration()->add_wand_m(-1.0);
-  EXPECT_THAT(decode(wand).error().message, testing::HasSubstr("wand_m"));
-  EXPECT_THAT(decode(request_of(v1::CalibrationRequest::ACTION_RESTORE)).error().message, testing::HasSubstr("name"));
+  EXPECT_THAT(decode(wand).error().message, ::testing::HasSubstr("wand_m"));
+  EXPECT_THAT(decode(request_of(v1::CalibrationRequest::ACTION_RESTORE)).error().message, ::testing::HasSubstr("name"));
   EXPECT_THAT(decode(request_of(v1::CalibrationRequest::ACTION_UNSPECIFIED)).error().message,
-              testing::HasSubstr("action is missing"));
+              ::testing::HasSubstr("action is missing"));
 }
 
 TEST(CalibrationCodec, AReportIsEncodedWithItsResult) {
