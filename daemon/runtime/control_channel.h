@@ -72,8 +72,8 @@ struct MainDone {
   std::uint64_t order = 0;
   bool done = false;
   std::string message;
-  bool change_follows = false;  ///< the main thread changes the pipeline next: a request must wait until then
-  std::vector<KeptRig> rigs;    ///< of list_rigs
+  bool change_follows = false;     ///< the main thread changes the pipeline next: a request must wait until then
+  std::vector<KeptRig> rigs = {};  ///< of list_rigs
 };
 
 /// Queues between the control thread and the other threads. The thread that receives an order answers it.
