@@ -184,6 +184,7 @@ void CalibrationWorker::solve(const std::stop_token& stop) {
     if (step_before == step && host_now() - reported_at_ < kReportPeriod) return true;
     step_before = step;
     CalibrationReport now = report();
+    now.state = CalibrationState::Solving;
     now.step = step;
     now.fraction = fraction;
     send_report(std::move(now));
