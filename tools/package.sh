@@ -12,7 +12,8 @@ usage: tools/package.sh [--out DIR] [--revision N] [--no-lintian]
   --no-lintian    do not check the packages
 
 Installs what is missing (as root), builds the programs in build/release unless they are up to date, and packs them. Packages with
-the symbols of the programs, for core dumps, go to DIR/debug. lintian checks all packages; a warning is an error.
+the symbols of the programs, for core dumps, go to DIR/debug. lintian checks all packages; a warning is an error. Beside each package
+is its bill of materials, PACKAGE.spdx.json (SPDX 2.3).
 
 examples:
   tools/package.sh && sudo apt install ./build/packages/*.deb
@@ -96,9 +97,10 @@ if $lintian; then
 fi
 # Only one version stays in the folder, so that `apt install DIR/*.deb` is clear.
 sed -n 's/^Package: //p' tools/debian/control | while read -r package; do
-  rm -f "$out/$package"_*.deb "$out/debug/$package"-dbgsym_*.deb
+  rm -f "$out/$package"_*.deb "$out/$package"_*.spdx.json "$out/debug/$package"-dbgsym_*.deb
 done
 mv "$work"/*-dbgsym_*.deb "$out/debug"
 mv "$work"/*.deb "$out"
+tools/debian/sbom.py "$out"/*_"$version"_*.deb
 step "packages in $out"
 ls -sh "$out"/*_"$version"_*.deb

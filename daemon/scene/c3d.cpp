@@ -104,6 +104,7 @@ std::vector<std::string> texts_of(const Bytes& bytes, const Parameters& paramete
   std::size_t count = 1;
   for (std::size_t i = 1; i < found->second.dimensions.size(); ++i) count *= found->second.dimensions[i];
   const std::size_t length = found->second.dimensions[0];
+  if (length == 0) return texts;  // any number of empty texts would fit into the file
   for (std::size_t i = 0; i < count && found->second.at + i * length < bytes.size(); ++i) {
     texts.push_back(bytes.text(found->second.at + i * length, length));
   }
@@ -131,11 +132,15 @@ struct Layout {
   double unit_m = 1e-3;
 };
 
+// The fourth number of a sample in a file of reals; one that is not finite means no position.
+int word_of(double number) {
+  return std::isfinite(number) ? static_cast<int>(std::clamp(number, -32768.0, 32767.0)) : -1;
+}
+
 C3dSample read_sample(const Bytes& bytes, const Layout& layout, std::size_t at) {
   C3dSample sample;
   // The fourth word: the high byte is the camera mask, the low byte the residual; negative: no position.
-  const int word =
-      layout.real ? static_cast<int>(std::clamp(bytes.real(at + 12), -32768.0, 32767.0)) : bytes.i16(at + 6);
+  const int word = layout.real ? word_of(bytes.real(at + 12)) : bytes.i16(at + 6);
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     sample.position_m[axis] =

@@ -151,6 +151,30 @@ TEST(ParseC3d, RefusesAFileWithoutAWholeFrame) {
   }
 }
 
+TEST(ParseC3d, TakesNoLabelsFromTextsOfLengthZero) {
+  std::string bytes = Trial{}.bytes();
+  const std::string named = std::string("LABELS") + static_cast<char>(14) + '\0' + static_cast<char>(-1) + '\2';
+  const std::size_t at = bytes.find(named) + named.size();
+  // The same length with six more dimensions of 255: 255^6 texts of no byte, which all fit into the file.
+  bytes[at - 1] = 7;
+  bytes.replace(at, 7, std::string(1, '\0') + std::string(6, '\xff'));
+
+  const auto c3d = parse(bytes);
+
+  ASSERT_TRUE(c3d) << c3d.error().message;
+  EXPECT_EQ(c3d->labels, (std::vector<std::string>{"", ""}));
+}
+
+TEST(ParseC3d, HasNoPositionWhereTheResidualIsNoNumber) {
+  std::string bytes = Trial{.real = true}.bytes();
+  bytes.replace(2 * kBlock + 12, 4, std::string("\x00\x00\xC0\x7F", 4));
+
+  const auto c3d = parse(bytes);
+
+  ASSERT_TRUE(c3d) << c3d.error().message;
+  EXPECT_FALSE(c3d->sample(0, 0).there);
+}
+
 TEST(ParseC3d, RefusesMipsByteOrder) {
   const auto c3d = parse(Trial{.processor = kMips}.bytes());
 

@@ -9,6 +9,8 @@
 #include <set>
 #include <string>
 
+#include "settings/subject/subject_file.h"
+
 namespace mocap::settings {
 namespace marker_set_file_test {
 
@@ -323,6 +325,18 @@ marker = [ { name = "A", bone = "Body" }, { name = "B", bone = "Body", offset_m 
 
   ASSERT_FALSE(set);
   EXPECT_THAT(set.error().message, HasSubstr("set.toml:3:14: asymmetric: a rigid body has no left and right side"));
+}
+
+TEST_F(MarkerSetFile, OfARigidBodyIsReadBack) {
+  const std::filesystem::path config = std::filesystem::path(support::source_folder()) / "config";
+  const auto set = load_marker_set(config / "markersets/rigid4.toml");
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_TRUE(save_marker_set(folder_ / "copy.toml", *set, config / "skeletons/rigid1.toml"));
+
+  const auto read = load_marker_set(folder_ / "copy.toml");
+
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->markers.size(), 4U);
 }
 
 TEST_F(MarkerSetFile, NamesTheLineOfATomlSyntaxError) {

@@ -166,5 +166,6 @@ command -v dpkg-buildpackage >/dev/null || skip "dpkg-buildpackage is missing; t
 make_root
 source=$(realpath "$(dirname "$0")/../..")
 "$source"/tools/package.sh --out "$root"/packages/1
+/usr/bin/python3 "$source"/tests/system/sbom.py "$root"/packages/1
 upgrade_of "$root"/packages/1 "$root"/packages/2
 boot_and_check 900

@@ -143,6 +143,18 @@ TEST(LabelledClip, RefusesAFileThatIsNoRecording) {
   EXPECT_FALSE(simworld::parse_trc("nothing"));
 }
 
+TEST(ParseTrc, RefusesShortLinesBelowAWideHeader) {
+  std::string text = "PathFileType\n\n100\t100\t9\t999\tmm\nFrame#\tTime";
+  for (int i = 0; i < 999; ++i) text += "\tM\t\t";
+  text += "\n\n\n";
+  for (int i = 0; i < 9; ++i) text += "1\t0\t5\n";
+
+  const auto clip = simworld::parse_trc(text);
+
+  ASSERT_FALSE(clip);
+  EXPECT_NE(clip.error().message.find("far fewer cells"), std::string::npos) << clip.error().message;
+}
+
 TEST(RestPositions, StandOnTheFloorWithTheHandsToBothSides) {
   const auto set = settings::load_marker_set(support::source_folder() + "/config/markersets/openmocap18.toml");
 

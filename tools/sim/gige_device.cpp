@@ -25,7 +25,7 @@ constexpr std::uint8_t kKey = 0x42;
 // Command ids of GVCP. The id of an acknowledge is the id of its command plus 1.
 constexpr std::uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
                         kReadMemory = 0x0084, kWriteMemory = 0x0086, kAction = 0x0100;
-constexpr std::uint16_t kAccessDenied = 0x8006;
+constexpr std::uint16_t kAccessDenied = 0x8006, kInvalidAddress = 0x8003;
 constexpr std::uint8_t kAnswerWanted = 0x01;
 // Bootstrap registers.
 constexpr std::uint32_t kMacHigh = 0x0008, kMacLow = 0x000c, kDiscoveryBytes = 0xf8, kCapability = 0x0934,
@@ -64,6 +64,11 @@ int bound_socket(in_addr address, bool shared) {
   if (bind(handle, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0) return handle;
   close(handle);
   return -1;
+}
+
+// Aravis adds address and size in 32 bits, so that a large address passes its own check.
+bool is_in_registers(std::uint32_t address, std::size_t size) {
+  return address < ARV_FAKE_CAMERA_MEMORY_SIZE && size <= ARV_FAKE_CAMERA_MEMORY_SIZE - address;
 }
 
 std::int64_t utc_now_ns() { return to_ns(host_now()) + utc_minus_host().count(); }
@@ -154,6 +159,7 @@ void GigeDevice::describe() {
   const int file = mkstemp(name.data());
   const bool written = file >= 0 && ::write(file, more.data(), more.size()) == static_cast<ssize_t>(more.size());
   registers_ = arv_fake_camera_new_full(settings_.serial.c_str(), written ? name.data() : nullptr);
+  arv_fake_camera_get_genicam_xml(registers_, &description_bytes_);
   if (file >= 0) {
     close(file);
     unlink(name.data());
@@ -288,9 +294,11 @@ bool GigeDevice::read_command(const Command& command) {
     arv_fake_camera_read_memory(registers_, 0, kDiscoveryBytes, payload.data());
     command.acknowledge(std::span(payload).first(kDiscoveryBytes));
   } else if (command.command == kReadRegister && data.size() >= 4) {
+    if (!can_read(get32(data.data()))) return command.acknowledge({}, kInvalidAddress), true;
     put32(payload.data(), read(get32(data.data())));
     command.acknowledge(std::span(payload).first(4));
   } else if (command.command == kReadMemory && data.size() >= 8) {
+    if (!can_read(get32(data.data()))) return command.acknowledge({}, kInvalidAddress), true;
     const std::uint32_t count = std::min<std::uint32_t>(get16(&data[6]), 512);
     put32(payload.data(), get32(data.data()));
     arv_fake_camera_read_memory(registers_, get32(data.data()), count, &payload[4]);
@@ -313,6 +321,10 @@ bool GigeDevice::write_command(const Command& command) {
   if (!may_write(command.from)) {
     refuse(command);
     return false;
+  }
+  if (!is_in_registers(get32(data.data()), one ? 4 : data.size() - 4)) {
+    command.acknowledge({}, kInvalidAddress);
+    return true;
   }
   std::array<std::uint8_t, 4> payload{};
   if (one) {
@@ -367,6 +379,11 @@ void GigeDevice::written(std::uint32_t address, std::uint32_t value) {
     set(kChunkBytes, read(kChunkMode) != 0 ? static_cast<std::uint32_t>(chunk_bytes(wanted_chunks())) : 0U);
   }
   if (address == kPtpLatch) set(kPtpOffset_ns, static_cast<std::uint32_t>(settings_.ptp_offset_ns));
+}
+
+// Aravis reads beyond the end of the description, if a read begins there; it fills up a read that only ends there.
+bool GigeDevice::can_read(std::uint32_t address) const {
+  return address < ARV_FAKE_CAMERA_MEMORY_SIZE + description_bytes_;
 }
 
 void GigeDevice::refuse(const Command& command) { command.acknowledge({}, kAccessDenied); }

@@ -92,12 +92,14 @@ class GigeDevice {
   void take_action(const Command& command);
   void written(std::uint32_t address, std::uint32_t value);
   void refuse(const Command& command);
+  bool can_read(std::uint32_t address) const;
   bool may_write(const sockaddr_in& from) const;
   void follow_control(const Command& command);
   void let_go_of_silent_client();
 
   Settings settings_;
   ArvFakeCamera* registers_ = nullptr;
+  std::size_t description_bytes_ = 0;  // GenICam XML, after the memory of the registers
   CameraClock clock_;
   GigeActions actions_;
   GvspStream stream_;

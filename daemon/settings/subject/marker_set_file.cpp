@@ -317,7 +317,7 @@ void read_asymmetric(const toml::table& root, Reader& reader, MarkerSet& set) {
                  fmt::format("asymmetric is {}, expected pairs [[\"LThigh\", \"RThigh\"], ...]", Reader::shown(*node)));
     return;
   }
-  if (set.skeleton.bones.size() == 1) {
+  if (set.skeleton.bones.size() == 1 && !node->as_array()->empty()) {
     reader.fault(node->source(), "asymmetric: a rigid body has no left and right side, expected no pairs");
     return;
   }

@@ -50,6 +50,7 @@ void add_trc_frame(const std::vector<std::string>& cells, double unit_m, scene::
 
 Result<scene::C3d> parse_trc(const std::string& text) {
   const Error broken{ErrorCode::InvalidArgument, "it is no whole TRC file: rates, names and frames are expected"};
+  const Error short_lines{ErrorCode::InvalidArgument, "its lines have far fewer cells than its header has markers"};
   std::istringstream stream(text);
   std::vector<std::string> header(4);
   for (std::string& line : header) {
@@ -66,6 +67,8 @@ Result<scene::C3d> parse_trc(const std::string& text) {
   for (std::string line; std::getline(stream, line);) {
     const auto cells = cells_of(line);
     if (cells.size() > 2 && number_of(cells[0])) add_trc_frame(cells, unit_m, clip);
+    // Short lines below a wide header would otherwise need memory far beyond the size of the file.
+    if (clip.samples.size() > text.size()) return short_lines;
   }
   if (clip.frames == 0) return broken;
   return clip;

@@ -195,19 +195,27 @@ def _vectors(column, like):
     return _floats(column, 3) if column else np.zeros_like(like)
 
 
+def _parents(known):
+    parents = np.array([bone.parent if bone.HasField("parent") else -1 for bone in known.bones], np.int64)
+    if (parents >= np.arange(len(parents))).any():
+        raise Unreadable("a bone whose parent is not before it")
+    return parents.astype(np.int32)
+
+
 def _bones(message, known, axes):
     positions = _floats(message.world_positions_m, 3)
     n = len(positions)
     rotations = _floats(message.world_rotations_xyzw, 4)
-    parents = np.array([bone.parent if bone.HasField("parent") else -1 for bone in known.bones], np.int32)
+    parents = _parents(known)
     if n not in (0, len(parents)):
         raise Unreadable("bones that differ from the description")
+    _same_length(positions, rotations)
     parents = parents[:n]
     roots = parents < 0
     if message.local_positions_m:
         local_positions = _floats(message.local_positions_m, 3)
     else:  # omitted if each local position is the rest offset
-        rest = np.array([(b.rest_offset_m.x, b.rest_offset_m.y, b.rest_offset_m.z) for b in known.bones], np.float32)[:n].reshape(-1, 3)
+        rest = _floats([number for b in known.bones for number in (b.rest_offset_m.x, b.rest_offset_m.y, b.rest_offset_m.z)], 3)[:n]
         local_positions = np.where(roots[:, None], positions, rest)
     if message.local_rotations_xyzw:
         local_rotations = _floats(message.local_rotations_xyzw, 4)
