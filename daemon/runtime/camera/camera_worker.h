@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/bounded_vector.h"
@@ -19,6 +20,7 @@
 #include "module/camera.h"
 #include "module/detector.h"
 #include "module/stream_counters.h"
+#include "runtime/camera/failure_fold.h"
 #include "runtime/camera/preview_slot.h"
 #include "runtime/control_channel.h"
 #include "runtime/pausable.h"
@@ -42,6 +44,7 @@ struct CameraParts {
   int expected_width_px = 0;  ///< size in the rig; 0: any size
   int expected_height_px = 0;
   std::vector<MaskPolygon> drawn_masks = {};  ///< configured masks; a learnt mask excludes their area
+  FailureFold* failures = nullptr;  ///< of cameras that fail together; null: logs its own. It outlives the worker
 };
 
 /// A change of a camera's state, for the health report.
@@ -115,6 +118,9 @@ class CameraWorker : public Pausable {
   void offer_preview(const Frame& frame);
   CameraPhase phase_after(const Error& error) const;
   void log_failure(const Error& error);
+  void log_silence();
+  void log_lost(const std::string& reason, std::string_view others) const;
+  void end_failure();
   void note(CameraPhase phase, const std::string& error = {});
   void deliver(Delivery state);
   void follow_orders();
@@ -139,6 +145,7 @@ class CameraWorker : public Pausable {
   Timestamp starting_at_;                      // begin of the last phase Starting
   std::string logged_reason_;                  // reason of the last logged failure; empty while the camera streams
   Timestamp logged_at_;
+  bool silence_is_held_ = false;           // the last failure was silence, and is not logged yet
   std::optional<Timestamp> brightest_at_;  // last measurement
   WakeSignal nap_;
   bool stopped_ = false;                        // by an operator
