@@ -141,11 +141,11 @@ class CameraWorker : public Pausable {
   bool started_ = false;                       // the camera delivers: start() succeeded, stop() was not called
   bool streaming_ = false;                     // an image came since the last start
   bool silent_ = false;                        // the last stream ended because no image came
+  bool silence_is_held_ = false;               // it is not logged yet
   CameraPhase phase_ = CameraPhase::Starting;  // of the last note
   Timestamp starting_at_;                      // begin of the last phase Starting
   std::string logged_reason_;                  // reason of the last logged failure; empty while the camera streams
   Timestamp logged_at_;
-  bool silence_is_held_ = false;           // the last failure was silence, and is not logged yet
   std::optional<Timestamp> brightest_at_;  // last measurement
   WakeSignal nap_;
   bool stopped_ = false;                        // by an operator
