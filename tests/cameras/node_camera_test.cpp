@@ -204,7 +204,8 @@ TEST(NodeCamera, SaysThatTheCameraOfTheNodeHasNoImages) {
   while (lost) lost = host.image();
 
   EXPECT_EQ(lost.error().code, ErrorCode::DeviceLost);
-  EXPECT_THAT(lost.error().message, HasSubstr("node 'left' at " + node.endpoint() + " has no images of its camera 'north'"));
+  EXPECT_THAT(lost.error().message,
+              HasSubstr("node 'left' at " + node.endpoint() + " has no images of its camera 'north'"));
 }
 
 TEST(NodeCamera, RefusesImagesWhoseTimesAreLessCertainThanTheWindow) {
