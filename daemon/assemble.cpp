@@ -232,9 +232,10 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   Assembly made;
   made.settings = settings.pipeline;
   made.settings.lossless = is_replay(settings);
-  made.epoch = host_now() + kReadyWithin;
+  made.shared = std::make_unique<SharedByCameras>();
+  made.shared->epoch = host_now() + kReadyWithin;
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, made.epoch);
+    Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, *made.shared);
     if (!camera) return camera.error();
     made.parts.cameras.push_back(std::move(*camera));
   }
@@ -289,13 +290,13 @@ Handover handover_between(const settings::DaemonSettings& before, const settings
 
 Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
                                                 const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
-                                                Timestamp epoch) {
+                                                SharedByCameras& shared) {
   runtime::PipelineChange change;
   change.settings = now.pipeline;
   change.settings.lossless = is_replay(now);
   change.handover = handover_between(before, now);
   for (std::uint32_t i = 0; i < now.cameras.size(); ++i) {
-    Result<runtime::CameraChange> camera = assemble_camera_change(before, now, CameraId{i}, epoch);
+    Result<runtime::CameraChange> camera = assemble_camera_change(before, now, CameraId{i}, shared);
     if (!camera) return camera.error();
     change.cameras.push_back(std::move(*camera));
   }

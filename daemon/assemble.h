@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "assemble_camera.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "fusion/fusion.h"
@@ -14,11 +15,11 @@
 
 namespace mocap {
 
-/// A pipeline that is ready to be started.
+/// A pipeline that is ready to be started. Outlives the pipeline.
 struct Assembly {
+  std::unique_ptr<SharedByCameras> shared;
   runtime::PipelineSettings settings;
   runtime::PipelineParts parts;
-  Timestamp epoch;  ///< of the simulated cameras
 };
 
 /// Constructs all parts according to the settings, and opens the feed's port and the recording files. Only assemble.cpp
@@ -27,11 +28,11 @@ struct Assembly {
 Result<Assembly> assemble(const settings::DaemonSettings& settings);
 
 /// Constructs the change of a running pipeline from one configuration to another: only the parts that must differ.
-/// Opens new recordings; cameras and ports are opened by the change. `epoch`: of the simulated cameras of the run.
-/// Fails, with no effect on the pipeline, if a part cannot be constructed. Requires is_replay() of both to be equal.
+/// Opens new recordings; cameras and ports are opened by the change. `shared`: of the Assembly of the run. Fails, with
+/// no effect on the pipeline, if a part cannot be constructed. Requires is_replay() of both to be equal.
 Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
                                                 const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
-                                                Timestamp epoch);
+                                                SharedByCameras& shared);
 
 /// The description of a run with these settings, before any fit. `session_id`: of the run.
 Description describe(const settings::DaemonSettings& settings, std::string session_id);

@@ -49,8 +49,9 @@ void deliver_blobs(std::unique_ptr<BlobCamera> camera, runtime::CameraParts& int
 }
 
 // Opens the camera with its detector and its 2D tracker.
-Status open_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch, runtime::CameraParts& into) {
-  const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], epoch);
+Status open_camera(const settings::DaemonSettings& settings, CameraId id, SharedByCameras& shared,
+                   runtime::CameraParts& into) {
+  const cameras::CameraSettings wanted = in_step(settings.cameras[id.value], shared.epoch);
   if (plays_take(wanted)) {
     const auto* replay = wanted.driver.as<cameras::ReplaySettings>();
     auto camera = take::make_take_camera(id, wanted.name, {replay->file, replay->speed, replay->loop});
@@ -59,9 +60,11 @@ Status open_camera(const settings::DaemonSettings& settings, CameraId id, Timest
   }
   if (const auto* node = wanted.driver.as<cameras::NodeCameraSettings>()) {
     Result<std::unique_ptr<BlobCamera>> camera = cameras::make_node_camera(
-        id, wanted.name, *node, {.counters = into.stream.get(), .window = settings.pipeline.align.window});
+        id, wanted.name, *node,
+        {.counters = into.stream.get(), .window = settings.pipeline.align.window, .node_clocks = &shared.node_clocks});
     if (!camera) return camera.error();
     deliver_blobs(std::move(*camera), into);
+    into.failures = &shared.node_failures;
     return {};
   }
   Result<std::unique_ptr<Camera>> camera = cameras::open_camera(
@@ -78,12 +81,13 @@ Status open_camera(const settings::DaemonSettings& settings, CameraId id, Timest
 
 }  // namespace
 
-Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id, Timestamp epoch) {
+Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id,
+                                             SharedByCameras& shared) {
   const CameraModel& model = settings.rig[id.value];
   runtime::CameraParts parts;
   parts.name = settings.cameras[id.value].name;
   parts.stream = std::make_unique<StreamCounters>();
-  if (const Status opened = open_camera(settings, id, epoch, parts); !opened) return opened.error();
+  if (const Status opened = open_camera(settings, id, shared, parts); !opened) return opened.error();
   if (is_calibrated(model)) {
     parts.expected_width_px = model.width_px;
     parts.expected_height_px = model.height_px;
@@ -102,11 +106,11 @@ runtime::CameraStep step_of(const settings::DaemonSettings& before, const settin
 
 Result<runtime::CameraChange> assemble_camera_change(const settings::DaemonSettings& before,
                                                      const settings::DaemonSettings& now, CameraId id,
-                                                     Timestamp epoch) {
+                                                     SharedByCameras& shared) {
   runtime::CameraChange change;
   change.step = step_of(before, now, id);
   if (change.step == runtime::CameraStep::Continue) return change;
-  Result<runtime::CameraParts> parts = assemble_camera(now, id, epoch);
+  Result<runtime::CameraParts> parts = assemble_camera(now, id, shared);
   if (!parts) return parts.error();
   change.parts = std::move(*parts);
   if (change.step == runtime::CameraStep::Replace) return change;

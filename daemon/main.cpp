@@ -174,7 +174,7 @@ bool must_restart(const settings::DaemonSettings& before, const settings::Daemon
 
 // Executes a request to change the configuration, and answers it.
 Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration, const ChangeRequest& request,
-                       Timestamp epoch) {
+                       SharedByCameras& shared) {
   runtime::MainDone answer;
   std::unique_ptr<settings::DaemonSettings> before;
   std::optional<runtime::PipelineChange> change;
@@ -184,7 +184,7 @@ Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration
     restarts = must_restart(*before, *configuration.settings);
     make_record_folders(configuration);
     if (!restarts) {
-      Result<runtime::PipelineChange> made = assemble_change(*before, *configuration.settings, pipeline, epoch);
+      Result<runtime::PipelineChange> made = assemble_change(*before, *configuration.settings, pipeline, shared);
       if (made) {
         change = std::move(*made);
       } else {
@@ -229,7 +229,7 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
   while (outcome == Outcome::Runs) {
     const std::optional<ChangeRequest> request = run_until_asked(pipeline, log, service, signals);
     if (!request) break;
-    outcome = change_running(pipeline, configuration, *request, assembly->epoch);
+    outcome = change_running(pipeline, configuration, *request, *assembly->shared);
     log = RunLog(*configuration.settings);
   }
   if (outcome != Outcome::Restarts) service.stopping();

@@ -21,8 +21,9 @@ namespace {
 // Constructs each camera without opening it, and returns the faults that only the driver detects.
 settings::Faults driver_faults(const settings::DaemonSettings& settings, const std::filesystem::path& config) {
   settings::Faults faults{config, {}};
+  SharedByCameras shared;
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
-    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, Timestamp{});
+    const Result<runtime::CameraParts> made = assemble_camera(settings, CameraId{i}, shared);
     if (!made) faults.list.push_back({config, 0, 0, made.error().message});
   }
   return faults;

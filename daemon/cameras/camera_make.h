@@ -20,6 +20,8 @@
 
 namespace mocap::cameras {
 
+class NodeClocks;
+
 /// Objects of the daemon that a camera may use beside its own settings. They outlive the camera; null if absent.
 struct CameraSurroundings {
   const Rig* rig = nullptr;               ///< gives a simulated camera its lens and pose (the entry of its name)
@@ -27,6 +29,7 @@ struct CameraSurroundings {
   StreamCounters* counters = nullptr;     ///< written by makes that count lost packets and images
   /// Exposures of one set differ by at most this time: images whose times are less certain are refused.
   Duration window = std::chrono::microseconds(500);
+  NodeClocks* node_clocks = nullptr;  ///< shared by the cameras of nodes; null: a camera has a clock of its own
 };
 
 /// One feature of a camera, with its current value.

@@ -98,8 +98,9 @@ struct NodeLink::Impl {
             fmt::format("{}: {}; is this the [node] endpoint of a mocapd of this version?", settings.endpoint, what)};
   }
 
-  Result<NodeNews> read(Timestamp arrived_at) {
-    if (!message.ParseFromString(bytes)) return malformed("a message that is no NodeMessage of mocap.v1");
+  Result<NodeNews> read(std::string_view received, Timestamp arrived_at) {
+    if (!message.ParseFromArray(received.data(), static_cast<int>(received.size())))
+      return malformed("a message that is no NodeMessage of mocap.v1");
     switch (message.content_case()) {
       case v1::NodeMessage::kEcho: return read_echo(arrived_at);
       case v1::NodeMessage::kImage: return read_image();
@@ -132,10 +133,9 @@ struct NodeLink::Impl {
     if (!plausible({from.exposed_at_ns(), from.received_at_ns(), from.detected_at_ns()})) {
       return malformed("an image with impossible instants");
     }
-    Result<BlobFrame> blobs = decode(from);
-    if (!blobs) return malformed(blobs.error().message);
+    const Status decoded = decode(from, image.blobs);
+    if (!decoded) return malformed(decoded.error().message);
     image.sequence = message.image().sequence();
-    image.blobs = *std::move(blobs);
     return NodeNews::Image;
   }
 };
@@ -172,16 +172,14 @@ Result<NodeNews> NodeLink::next(Duration patience) {
     if (!part.receive(impl.socket)) return Error{ErrorCode::Timeout, {}};
   }
   const Timestamp arrived_at = host_now();
-  impl.bytes = part.bytes();
-  const bool single = !part.has_more();
+  if (!part.has_more()) return impl.read(part.bytes(), arrived_at);
   while (part.has_more() && part.receive(impl.socket)) {
   }
-  if (!single) return impl.malformed("a message of several parts");
-  return impl.read(arrived_at);
+  return impl.malformed("a message of several parts");
 }
 
 const NodeEcho& NodeLink::echo() const { return impl_->echo; }
-const NodeImage& NodeLink::image() const { return impl_->image; }
+NodeImage& NodeLink::image() { return impl_->image; }
 const std::string& NodeLink::refusal() const { return impl_->refusal; }
 
 std::string NodeLink::fault() const {

@@ -55,7 +55,7 @@ class NodeLink {
   /// with Timeout, and with Io if the message is malformed: nothing of it is used.
   Result<NodeNews> next(Duration patience);
   const NodeEcho& echo() const;
-  const NodeImage& image() const;
+  NodeImage& image();
   const std::string& refusal() const;
 
   /// Why there is no connection, with the remedy; empty if none is known.

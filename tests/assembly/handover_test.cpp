@@ -103,7 +103,7 @@ void run(const settings::DaemonSettings& settings, const settings::DaemonSetting
   runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
   ASSERT_TRUE(received.wait_for(kChangedAfterSets));
   if (next != nullptr) {
-    Result<runtime::PipelineChange> change = assemble_change(settings, *next, pipeline, assembly->epoch);
+    Result<runtime::PipelineChange> change = assemble_change(settings, *next, pipeline, *assembly->shared);
     ASSERT_TRUE(change) << change.error().message;
     ASSERT_TRUE(pipeline.change(*std::move(change)));
     sets = std::max(sets, received.sets + kSetsAfterChange);

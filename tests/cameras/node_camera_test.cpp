@@ -5,12 +5,14 @@
 
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "base/key_check.h"
+#include "cameras/node/node_clock.h"
 #include "wire/zmq_node_server.h"
 
 namespace mocap::cameras {
@@ -75,11 +77,13 @@ struct Host {
   StreamCounters counters;
   std::unique_ptr<BlobCamera> camera;
 
-  explicit Host(const std::string& endpoint, bool recorded = false, Duration window = milliseconds(50)) {
+  explicit Host(const std::string& endpoint, bool recorded = false, Duration window = milliseconds(50),
+                NodeClocks* clocks = nullptr) {
     NodeCameraSettings settings;
     settings.endpoint = endpoint;
     settings.recorded = recorded;
-    auto made = make_node_camera(CameraId{4}, "north", settings, {.counters = &counters, .window = window});
+    auto made = make_node_camera(CameraId{4}, "north", settings,
+                                 {.counters = &counters, .window = window, .node_clocks = clocks});
     EXPECT_TRUE(made) << made.error().message;
     camera = std::move(*made);
   }
@@ -129,6 +133,30 @@ TEST(NodeCamera, DeliversBlobsWithTheirTracksOnTheHostsClock) {
   EXPECT_EQ(host.counters.clock_source.load(), ClockSource::Receipts);
 }
 
+// Two hosts of one camera have the same images: with a shared clock they agree to the nanosecond.
+TEST(NodeCamera, AgreesWithTheOtherCamerasOfItsNodeOnEveryInstant) {
+  SimulatedNode node;
+  NodeClocks clocks;
+  Host one(node.endpoint(), false, milliseconds(50), &clocks), other(node.endpoint(), false, milliseconds(50), &clocks);
+  ASSERT_TRUE(one.start());
+  ASSERT_TRUE(other.start());
+  std::map<std::uint64_t, Timestamp> exposures;
+
+  int common = 0;
+  const Timestamp until = host_now() + kLong;
+  while (common < 500 && host_now() < until) {
+    for (Host* host : {&one, &other}) {
+      const auto frame = host->image();
+      ASSERT_TRUE(frame) << frame.error().message;
+      const auto [entry, is_new] = exposures.emplace(frame->number, frame->exposed_at);
+      EXPECT_EQ(entry->second, frame->exposed_at);
+      common += is_new ? 0 : 1;
+    }
+  }
+
+  EXPECT_GE(common, 500);
+}
+
 TEST(NodeCamera, NamesTheNodeAndTheCureIfNothingAnswers) {
   std::string endpoint;
   {
@@ -176,7 +204,8 @@ TEST(NodeCamera, SaysThatTheCameraOfTheNodeHasNoImages) {
   while (lost) lost = host.image();
 
   EXPECT_EQ(lost.error().code, ErrorCode::DeviceLost);
-  EXPECT_THAT(lost.error().message, HasSubstr("node 'left' at " + node.endpoint() + " has no images of this camera"));
+  EXPECT_THAT(lost.error().message,
+              HasSubstr("node 'left' at " + node.endpoint() + " has no images of its camera 'north'"));
 }
 
 TEST(NodeCamera, RefusesImagesWhoseTimesAreLessCertainThanTheWindow) {

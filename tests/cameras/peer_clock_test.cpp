@@ -108,6 +108,34 @@ TEST(PeerClock, FollowsAPeerWhoseClockJumps) {
   EXPECT_LT(std::abs(error_us(clock, peer, Peer::call(300))), 500.0);
 }
 
+// Echoes of several connections arrive in any order.
+TEST(PeerClock, LeavesOutAnEchoThatWasOvertaken) {
+  Peer peer;
+  PeerClock clock;
+  for (int k = 0; k < 100; ++k) clock.add(peer.echo(Peer::call(k)));
+  const Duration before = clock.uncertainty(Peer::call(100));
+
+  EXPECT_FALSE(clock.add(peer.echo(Peer::call(98))));
+
+  EXPECT_EQ(clock.uncertainty(Peer::call(100)), before);
+  EXPECT_LT(std::abs(error_us(clock, peer, Peer::call(100))), 200.0);
+}
+
+// The processors of the peer are busy: most echoes are late by milliseconds.
+TEST(PeerClock, IsAsCertainAsItsBestEchoAllows) {
+  for (std::uint64_t run = 0; run < 20; ++run) {
+    Peer peer{.jitter_s = 20e-3, .random = std::mt19937_64(run)};
+    PeerClock clock;
+    for (int k = 0; k < 40; ++k) {
+      peer.jitter_s = k % 20 == 5 ? 50e-6 : 20e-3;
+      clock.add(peer.echo(Peer::call(k)));
+      if (k < 6) continue;
+      EXPECT_LT(to_us(clock.uncertainty(Peer::call(k))), 400.0);
+      EXPECT_LT(std::abs(error_us(clock, peer, Peer::call(k))), 700.0);
+    }
+  }
+}
+
 TEST(PeerClock, LeavesOutAnEchoWhoseInstantsContradictEachOther) {
   Peer peer;
   PeerClock clock;

@@ -158,6 +158,12 @@ TEST(CameraWorker, OmitsTheCameraNameFromTheReason) {
   EXPECT_EQ(logged, "cable pulled");
 }
 
+std::size_t count_in(const std::string& text, const std::string& words) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++count;
+  return count;
+}
+
 TEST(CameraWorker, LogsAReasonOnceUntilTheCameraStreamsAgain) {
   Rig rig;
   testing::internal::CaptureStderr();
@@ -165,10 +171,43 @@ TEST(CameraWorker, LogsAReasonOnceUntilTheCameraStreamsAgain) {
   rig.run(parts({{kGone}, {kGone}, {kGone}, {Deliver{0}, kGone}, {kGone}, {kEnd}}));
 
   const std::string log = testing::internal::GetCapturedStderr();
-  std::size_t logged = 0;
-  for (std::size_t at = log.find("cable pulled"); at != std::string::npos; at = log.find("cable pulled", at + 1))
-    ++logged;
-  EXPECT_EQ(logged, 2U) << log;
+  EXPECT_EQ(count_in(log, "cable pulled"), 2U) << log;
+}
+
+TEST(CameraWorker, LogsAReasonOnceForTheCamerasThatFailTogether) {
+  FailureFold fold;
+  testing::internal::CaptureStderr();
+
+  for (int camera = 0; camera < 8; ++camera) {
+    Rig rig;
+    CameraParts together = parts({{kGone}, {kGone}, {kEnd}});
+    together.name = "camera" + std::to_string(camera);
+    together.failures = &fold;
+    rig.run(std::move(together));
+    CameraNote note;
+    std::size_t noted = 0;
+    while (rig.channel.notes.try_pop(note)) noted += note.phase == CameraPhase::Reopening ? 1 : 0;
+    EXPECT_EQ(noted, 2U);  // health has the reason for each camera
+  }
+
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(count_in(log, "cable pulled"), 1U) << log;
+}
+
+TEST(CameraWorker, LogsTheSilenceOfEachCameraThatMayFailTogetherWithOthers) {
+  FailureFold fold;
+  testing::internal::CaptureStderr();
+
+  for (int camera = 0; camera < 2; ++camera) {
+    Rig rig;
+    CameraParts together = parts({{Deliver{0}}, {kEnd}});
+    together.name = "camera" + std::to_string(camera);
+    together.failures = &fold;
+    rig.run(std::move(together));
+  }
+
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(count_in(log, "no image for 60 ms"), 2U) << log;
 }
 
 // A camera whose first two starts fail.

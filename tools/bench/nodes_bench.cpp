@@ -1,6 +1,7 @@
 #include "bench/nodes_bench.h"
 
 #include <fmt/format.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "base/exit_codes.h"
 #include "bench/at_share.h"
 #include "cameras/node/node_settings.h"
+#include "fusion/fusion.h"
 #include "lib/simworld/fuse_world.h"
 #include "settings/subject/marker_set_file.h"
 #include "wire/zmq_node_server.h"
@@ -117,6 +119,32 @@ class TimedPublisher : public Publisher {
   const std::atomic<bool>& measuring_;
 };
 
+// Forwards each call and records the processor time of the fusion thread from the end of one solution to the next: all
+// work of a set, also the collection of its images.
+class TimedSolver : public SkeletonSolver {
+ public:
+  TimedSolver(std::unique_ptr<SkeletonSolver> real, std::vector<double>& spans_ms, const std::atomic<bool>& measuring)
+      : real_(std::move(real)), spans_ms_(spans_ms), measuring_(measuring) {}
+  const SolvedSubjects& solve(const Labels& labels, Timestamp at, std::span<const LabelledBearing> bearings,
+                              std::span<const AmbiguousObservation> ambiguous) override {
+    const SolvedSubjects& solved = real_->solve(labels, at, bearings, ambiguous);
+    timespec used{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    const double now_ms = 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
+    if (measuring_) spans_ms_.push_back(now_ms - last_ms_);
+    last_ms_ = now_ms;
+    return solved;
+  }
+  void refit(const SubjectFit& fit) override { real_->refit(fit); }
+  const PredictedMarkers& predict(Timestamp at) override { return real_->predict(at); }
+
+ private:
+  std::unique_ptr<SkeletonSolver> real_;
+  std::vector<double>& spans_ms_;
+  const std::atomic<bool>& measuring_;
+  double last_ms_ = 0.0;
+};
+
 // Processor time of the threads of this process by their name, s.
 std::map<std::string, double> cpu_by_thread() {
   std::map<std::string, double> seconds;
@@ -144,14 +172,13 @@ settings::DaemonSettings host_of(const NodesBenchSettings& wanted, const Rig& ri
     settings.cameras.push_back({rig[i].name, camera});
   }
   settings.nominal_rate_hz = wanted.rate_hz;
-  settings.pipeline.align.patience = from_s(0.5 / wanted.rate_hz);  // nodes and host share the measured cores
   settings.publish.endpoint = "tcp://127.0.0.1:*";
   settings.control.endpoint = "none";
   return settings;
 }
 
 struct Counts {
-  std::uint64_t sets = 0, complete = 0, skipped = 0, images = 0, sent = 0;
+  std::uint64_t sets = 0, complete = 0, skipped = 0, images = 0, sent = 0, dropped = 0;
   std::map<std::string, double> cpu_s;
 };
 
@@ -162,6 +189,7 @@ Counts counts_of(const runtime::Pipeline& pipeline, const std::vector<std::uniqu
   counts.skipped = pipeline.fusion_counters().passed_over_sets.read();
   for (std::uint32_t i = 0; i < pipeline.camera_count(); ++i) {
     counts.images += pipeline.camera_counters(CameraId{i}).frames.read();
+    counts.dropped += pipeline.camera_counters(CameraId{i}).dropped_queue_full.read();
   }
   for (const auto& node : nodes) counts.sent += node->sent();
   counts.cpu_s = cpu_by_thread();
@@ -180,6 +208,7 @@ NodesBenchFigures figures_of(Counts before, Counts after, double seconds) {
   figures.fused_share = share(fused, figures.sets);
   const std::uint64_t sent = after.sent - before.sent, received = after.images - before.images;
   figures.lost_image_share = sent > received ? share(sent - received, sent) : 0.0;
+  figures.dropped_image_share = share(after.dropped - before.dropped, sent);
   const auto cpu_s = [&](const char* thread) { return after.cpu_s[thread] - before.cpu_s[thread]; };
   if (fused > 0) figures.fusion_cpu_ms = 1e3 * cpu_s("mocap-fusion") / static_cast<double>(fused);
   figures.host_cpu_share = (cpu_s("mocap-fusion") + cpu_s("mocap-cam") + cpu_s("mocap-publish")) / seconds;
@@ -214,6 +243,12 @@ Result<NodesBenchFigures> run_nodes_bench(const NodesBenchSettings& wanted) {
   std::atomic<bool> measuring{false};
   assembly->parts.publisher =
       std::make_unique<TimedPublisher>(std::move(assembly->parts.publisher), spans_us, measuring);
+  std::vector<double> fusion_ms;
+  fusion_ms.reserve(spans_us.capacity());
+  fusion::FusionParts row = assemble_row(host);
+  row.solver = std::make_unique<TimedSolver>(std::move(row.solver), fusion_ms, measuring);
+  assembly->parts.fusion =
+      std::make_unique<fusion::Fusion>(std::move(row), static_cast<std::uint32_t>(host.rig.size()));
   const Timestamp epoch = host_now();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto cameras = static_cast<std::size_t>(wanted.cameras);
@@ -234,6 +269,7 @@ Result<NodesBenchFigures> run_nodes_bench(const NodesBenchSettings& wanted) {
     for (const Blobs& view : set) blobs += view.size();
   }
   figures.blobs_per_set = static_cast<double>(blobs) / static_cast<double>(sets.size());
+  figures.fusion_cpu_p99_ms = at_share(fusion_ms, 0.99);
   figures.exposed_to_sent_p50_us = at_share(spans_us, 0.50);
   figures.exposed_to_sent_p99_us = at_share(spans_us, 0.99);
   return figures;
@@ -276,8 +312,10 @@ int print_nodes_bench(const NodesBenchSettings& settings, bool json) {
                                         {"complete_share", f.complete_share},
                                         {"fused_share", f.fused_share},
                                         {"lost_image_share", f.lost_image_share},
+                                        {"dropped_image_share", f.dropped_image_share},
                                         {"blobs_per_set", f.blobs_per_set},
                                         {"fusion_cpu_ms", f.fusion_cpu_ms},
+                                        {"fusion_cpu_p99_ms", f.fusion_cpu_p99_ms},
                                         {"host_cpu_share", f.host_cpu_share},
                                         {"link_cpu_share", f.link_cpu_share},
                                         {"exposed_to_sent_p50_us", f.exposed_to_sent_p50_us},
@@ -285,12 +323,14 @@ int print_nodes_bench(const NodesBenchSettings& settings, bool json) {
     fmt::print("{}\n", object.dump());
     return kExitOk;
   }
-  fmt::print("sets      {}, {:.2f} % complete, {:.2f} % fused, {:.3f} % of the images lost\n", f.sets,
-             100.0 * f.complete_share, 100.0 * f.fused_share, 100.0 * f.lost_image_share);
   fmt::print(
-      "cost      {:.2f} ms of processor time a set in the fusion thread, {:.0f} blobs a set; host {:.2f} cores, "
-      "ZeroMQ {:.2f} cores\n",
-      f.fusion_cpu_ms, f.blobs_per_set, f.host_cpu_share, f.link_cpu_share);
+      "sets      {}, {:.2f} % complete, {:.2f} % fused; {:.3f} % of the images lost, {:.3f} % dropped by the host\n",
+      f.sets, 100.0 * f.complete_share, 100.0 * f.fused_share, 100.0 * f.lost_image_share,
+      100.0 * f.dropped_image_share);
+  fmt::print(
+      "cost      {:.2f} ms of processor time a set in the fusion thread (p99 {:.2f} ms), {:.0f} blobs a set; host "
+      "{:.2f} cores, ZeroMQ {:.2f} cores\n",
+      f.fusion_cpu_ms, f.fusion_cpu_p99_ms, f.blobs_per_set, f.host_cpu_share, f.link_cpu_share);
   fmt::print("latency   exposure to ZeroMQ p50 {:.0f} us, p99 {:.0f} us\n", f.exposed_to_sent_p50_us,
              f.exposed_to_sent_p99_us);
   return kExitOk;

@@ -19,11 +19,13 @@ struct NodesBenchSettings {
 
 struct NodesBenchFigures {
   std::uint64_t sets = 0;
-  double complete_share = 0.0;    ///< of the sets: with a view of every camera
-  double fused_share = 0.0;       ///< of the sets: the others were skipped because the fusion thread was late
-  double lost_image_share = 0.0;  ///< of the images that the nodes sent
+  double complete_share = 0.0;       ///< of the sets: with a view of every camera
+  double fused_share = 0.0;          ///< of the sets: the others were skipped because the fusion thread was late
+  double lost_image_share = 0.0;     ///< of the images that the nodes sent
+  double dropped_image_share = 0.0;  ///< of the same: received, and dropped because the fusion thread was late
   double blobs_per_set = 0.0;
-  double fusion_cpu_ms = 0.0;   ///< processor time of the fusion thread for each fused set
+  double fusion_cpu_ms = 0.0;  ///< processor time of the fusion thread for each fused set
+  double fusion_cpu_p99_ms = 0.0;
   double host_cpu_share = 0.0;  ///< of the host's threads, in cores
   double link_cpu_share = 0.0;  ///< of ZeroMQ's threads, host and nodes together, in cores
   double exposed_to_sent_p50_us = 0.0;

@@ -293,7 +293,7 @@ Result<TakeBenchFigures> run_take_bench(const TakeBenchSettings& wanted) {
   Operator person;
   parts.control = std::make_unique<OperatorsServer>(person);
   for (std::uint32_t i = 0; i < parts.cameras.size(); ++i) {
-    see_scene(parts.cameras[i], CameraId{i}, scene, assembly->epoch);
+    see_scene(parts.cameras[i], CameraId{i}, scene, assembly->shared->epoch);
   }
   auto subscribers = Subscribers::open(endpoint, wanted.subscribers);
   if (!subscribers) return subscribers.error();

@@ -68,12 +68,13 @@ void run_cameras(const settings::DaemonSettings& settings, std::vector<CameraRun
   for (cameras::CameraSettings& camera : full_speed.cameras) {
     if (auto* replay = camera.driver.as<cameras::ReplaySettings>()) replay->speed = 0.0;
   }
-  const Timestamp epoch = host_now() + kReadyWithin;
+  SharedByCameras shared;
+  shared.epoch = host_now() + kReadyWithin;
   std::atomic<std::size_t> running{runs.size()};
   std::vector<std::jthread> threads;
   for (std::uint32_t i = 0; i < runs.size(); ++i) {
     threads.emplace_back([&, i](const std::stop_token& stop) {
-      Result<runtime::CameraParts> parts = assemble_camera(full_speed, CameraId{i}, epoch);
+      Result<runtime::CameraParts> parts = assemble_camera(full_speed, CameraId{i}, shared);
       if (parts) {
         runs[i].end = run(*parts, runs[i], stop);
         parts->camera->stop();

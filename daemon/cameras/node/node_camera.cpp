@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/log.h"
-#include "cameras/clock/peer_clock.h"
+#include "cameras/node/node_clock.h"
 #include "wire/forward_request.h"
 #include "wire/node_link.h"
 #include "wire/node_protocol.h"
@@ -32,7 +32,13 @@ class RemoteCamera final : public BlobCamera {
         name_(std::move(name)),
         settings_(std::move(settings)),
         counters_(surroundings.counters),
-        window_(surroundings.window) {}
+        window_(surroundings.window),
+        clock_(surroundings.node_clocks != nullptr ? surroundings.node_clocks->of(settings_.endpoint) : own_clock_) {
+    clock_.join();
+  }
+  ~RemoteCamera() override { clock_.leave(); }
+  RemoteCamera(const RemoteCamera&) = delete;
+  RemoteCamera& operator=(const RemoteCamera&) = delete;
 
   Status start() override;
   Result<Frame> next(Duration patience) override;
@@ -40,7 +46,7 @@ class RemoteCamera final : public BlobCamera {
   // The values of the node's camera are not known here, so no value is restored after a failure.
   std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{}; }
   Status adjust(const CameraAdjustment& to) override;
-  const Blobs& blobs() const override { return image_.blobs; }
+  const Blobs& blobs() const override { return link_->image().blobs.blobs; }
 
  private:
   const std::string& name_on_node() const { return settings_.camera.empty() ? name_ : settings_.camera; }
@@ -56,7 +62,8 @@ class RemoteCamera final : public BlobCamera {
   bool map_times(BlobFrame& image);
   void map_tracks(Blobs& blobs);
   void count_lost(std::uint64_t sequence);
-  void call_when_due();
+  bool clock_is_certain(Timestamp now) const;
+  void call_when_due(Duration period);
   Frame frame_of_image();
   std::string node() const;
   Error silent(ErrorCode code) const;
@@ -80,13 +87,13 @@ class RemoteCamera final : public BlobCamera {
   NodeCamera camera_;  // by the last echo
   bool recorded_ = false;
   std::string control_;  // by the last echo
-  PeerClock clock_;
+  NodeClock own_clock_;  // unused if the surroundings have one
+  NodeClock& clock_;
   std::optional<Timestamp> uncertain_since_;
   std::optional<std::uint64_t> next_sequence_;
   std::uint32_t track_base_ = 0;  // added to the ids of 2D tracks
   std::uint32_t next_track_ = 0;  // above all ids so far
   Timestamp last_exposed_ = Timestamp::min();
-  BlobFrame image_;
   std::vector<std::byte> black_;
 };
 
@@ -104,10 +111,17 @@ Error RemoteCamera::silent(ErrorCode code) const {
 }
 
 Error RemoteCamera::uncertain(ErrorCode code) const {
+  const std::optional<NodeClockState> clock = clock_.state(session_.value_or(0), host_now());
+  if (!clock) return error(code, fmt::format("the clock of {} is not known yet", node()));
   return error(
       code, fmt::format("the clock of {} is known within {:.0f} us only, expected at most {:.0f} us ([align] "
                         "window_us); its images stay out of the sets: shorten the network path (round trip {:.0f} us)",
-                        node(), to_us(clock_.uncertainty(host_now())), to_us(window_), to_us(clock_.round_trip())));
+                        node(), to_us(clock->uncertainty), to_us(window_), to_us(clock->round_trip)));
+}
+
+bool RemoteCamera::clock_is_certain(Timestamp now) const {
+  const std::optional<NodeClockState> clock = clock_.state(session_.value_or(0), now);
+  return clock && clock->uncertainty <= window_;
 }
 
 Status RemoteCamera::open_link() {
@@ -137,7 +151,7 @@ Status RemoteCamera::find_node(Timestamp until) {
   uncertain_since_.reset();
   next_sequence_.reset();
   while (host_now() < until) {
-    call_when_due();
+    call_when_due(wire::kNodeCallEvery);
     const Result<wire::NodeNews> news = link_->next(std::min<Duration>(wire::kNodeCallEvery, until - host_now()));
     if (!news && news.error().code == ErrorCode::Timeout) continue;
     if (!news) return error(news.error().code, news.error().message);
@@ -172,21 +186,21 @@ Status RemoteCamera::adjust(const CameraAdjustment& to) {
 // Whether the camera can deliver images now.
 Status RemoteCamera::judge_echo() const {
   if (camera_.width_px == 0 || (camera_.state != NodeCameraState::Delivering && !recorded_)) {
-    return error(
-        ErrorCode::NotFound,
-        fmt::format("{} has no images of this camera; see the log of mocapd there, or mocapctl status", node()));
+    return error(ErrorCode::NotFound,
+                 fmt::format("{} has no images of its camera '{}'; see the log of mocapd there, or mocapctl status",
+                             node(), name_on_node()));
   }
   if (recorded_ != settings_.recorded) {
     return error(ErrorCode::InvalidArgument, fmt::format("{} plays {}; set recorded = {} for this camera", node(),
                                                          recorded_ ? "a recording" : "no recording", recorded_));
   }
-  if (!recorded_ && clock_.uncertainty(host_now()) > window_) return uncertain(ErrorCode::NotFound);
+  if (!recorded_ && !clock_is_certain(host_now())) return uncertain(ErrorCode::NotFound);
   return {};
 }
 
-void RemoteCamera::call_when_due() {
+void RemoteCamera::call_when_due(Duration period) {
   const Timestamp now = host_now();
-  if (now - called_at_ < wire::kNodeCallEvery) return;
+  if (now - called_at_ < period) return;
   called_at_ = now;
   link_->call();
 }
@@ -197,7 +211,6 @@ void RemoteCamera::follow_echo() {
   if (session_ != echo.session) {
     session_ = echo.session;
     node_name_ = echo.node;
-    clock_.reset();
     next_sequence_.reset();
     track_base_ = next_track_;
     last_exposed_ = Timestamp::min();
@@ -205,9 +218,10 @@ void RemoteCamera::follow_echo() {
   camera_ = echo.camera;
   recorded_ = echo.recorded;
   control_ = echo.control;
-  clock_.add({echo.called_at, echo.received_at, echo.sent_at, echo.arrived_at});
-  if (counters_ == nullptr || recorded_) return;
-  counters_->clock_uncertainty_us.store(to_us(clock_.uncertainty(host_now())), std::memory_order_relaxed);
+  clock_.add(echo.session, {echo.called_at, echo.received_at, echo.sent_at, echo.arrived_at});
+  const std::optional<NodeClockState> clock = clock_.state(echo.session, host_now());
+  if (counters_ == nullptr || recorded_ || !clock) return;
+  counters_->clock_uncertainty_us.store(to_us(clock->uncertainty), std::memory_order_relaxed);
   counters_->clock_source.store(ClockSource::Receipts, std::memory_order_relaxed);
 }
 
@@ -215,7 +229,7 @@ Result<Frame> RemoteCamera::next(Duration patience) {
   if (!running_) return error(ErrorCode::DeviceLost, "not started");
   const Timestamp until = host_now() + patience;
   for (;;) {
-    call_when_due();
+    call_when_due(clock_.call_every());
     const Duration left = std::clamp<Duration>(until - host_now(), Duration::zero(), wire::kNodeCallEvery);
     const Result<wire::NodeNews> news = link_->next(left);
     if (news) {
@@ -242,7 +256,8 @@ Result<bool> RemoteCamera::follow(wire::NodeNews news) {
   if (camera_.state != NodeCameraState::Ended) return false;
   if (!recorded_) {
     return error(ErrorCode::DeviceLost,
-                 fmt::format("{} has no images of this camera any more; see the log of mocapd there", node()));
+                 fmt::format("{} has no images of its camera '{}' any more; see the log of mocapd there", node(),
+                             name_on_node()));
   }
   link_->call(true);
   link_.reset();
@@ -251,16 +266,15 @@ Result<bool> RemoteCamera::follow(wire::NodeNews news) {
 }
 
 Result<bool> RemoteCamera::follow_image() {
-  count_lost(link_->image().sequence);
-  image_ = link_->image().blobs;
-  image_.camera = id_;
-  map_tracks(image_.blobs);
-  if (recorded_ || map_times(image_)) return true;
+  wire::NodeImage& image = link_->image();
+  count_lost(image.sequence);
+  map_tracks(image.blobs.blobs);
+  if (recorded_ || map_times(image.blobs)) return true;
   if (counters_ != nullptr) counters_->failed_frames.fetch_add(1, std::memory_order_relaxed);
   const Timestamp now = host_now();
   if (!uncertain_since_) uncertain_since_ = now;
-  if (now - *uncertain_since_ > kUncertainFor) return uncertain(ErrorCode::DeviceLost);
-  return false;
+  // An image came, so the camera is not silent.
+  return uncertain(now - *uncertain_since_ > kUncertainFor ? ErrorCode::DeviceLost : ErrorCode::Io);
 }
 
 void RemoteCamera::count_lost(std::uint64_t sequence) {
@@ -273,10 +287,12 @@ void RemoteCamera::count_lost(std::uint64_t sequence) {
 // Returns false if the clock is too uncertain for the sets.
 bool RemoteCamera::map_times(BlobFrame& image) {
   const Timestamp now = host_now();
-  if (!clock_.known() || clock_.uncertainty(now) > window_) return false;
+  const std::optional<NodeInstants> instants =
+      clock_.to_host(session_.value_or(0), image.exposed_at, image.received_at, now);
+  if (!instants || instants->uncertainty > window_) return false;
   uncertain_since_.reset();
-  image.exposed_at = std::max(clock_.to_host(image.exposed_at), last_exposed_ + Duration{1});
-  image.received_at = std::min(clock_.to_host(image.received_at), now);
+  image.exposed_at = std::max(instants->exposed_at, last_exposed_ + Duration{1});
+  image.received_at = std::min(instants->received_at, now);
   last_exposed_ = image.exposed_at;
   return true;
 }
@@ -290,13 +306,14 @@ void RemoteCamera::map_tracks(Blobs& blobs) {
 }
 
 Frame RemoteCamera::frame_of_image() {
+  const BlobFrame& image = link_->image().blobs;
   if (counters_ != nullptr) counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
   const int width_px = static_cast<int>(camera_.width_px), height_px = static_cast<int>(camera_.height_px);
   black_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px), std::byte{0});
   return {id_,
-          image_.number,
-          image_.exposed_at,
-          image_.received_at,
+          image.number,
+          image.exposed_at,
+          image.received_at,
           {black_, static_cast<std::size_t>(width_px), width_px, height_px, PixelFormat::Mono8}};
 }
 

@@ -14,6 +14,8 @@ namespace {
 // Longest wait before the loop checks for a stop request.
 constexpr Duration kRepeatAfter = std::chrono::minutes(1);
 constexpr Duration kBrightestPeriod = std::chrono::milliseconds(500);
+// Begins the text of a failure at the start, which is another one than the same failure later.
+constexpr const char* kWaitsFor = "waits: ";
 
 bool alike(const Image& a, const Image& b) {
   return a.width_px == b.width_px && a.height_px == b.height_px && a.format == b.format;
@@ -88,6 +90,7 @@ Status CameraWorker::stream(const std::stop_token& stop) {
     }
     const Status started = start_camera(stop);
     if (!started) return started;
+    if (silence_is_held_) log_silence();
   }
 
   Timestamp heard_at = host_now();
@@ -140,7 +143,7 @@ Status CameraWorker::process(const Frame& frame, const std::stop_token& stop) {
   }
   if (!streaming_) {
     streaming_ = true;
-    logged_reason_.clear();
+    end_failure();
     next_number_ = frame.number;
     log_info("camera " + parts_.name, fmt::format("streaming size={}x{}", frame.image.width_px, frame.image.height_px));
     note(CameraPhase::Streaming);
@@ -290,13 +293,35 @@ void CameraWorker::log_failure(const Error& error) {
   if (repeated && now - logged_at_ < kRepeatAfter) return;
   logged_reason_ = reason;
   logged_at_ = now;
-  const std::string who = "camera " + parts_.name;
+  // A camera that fails together with others may be silent for their common reason, which its next start finds.
+  silence_is_held_ = silent_ && parts_.failures != nullptr;
+  if (silence_is_held_) return;
+  if (parts_.failures != nullptr && !parts_.failures->is_news(starting ? kWaitsFor + reason : reason, now)) return;
   if (starting) {
-    log_info(who, fmt::format("{}; waiting for it, at most {:.3g} s", reason, to_s(settings_.first_image_within)));
-    return;
+    log_info("camera " + parts_.name,
+             fmt::format("{}; waiting for it, at most {:.3g} s", reason, to_s(settings_.first_image_within)));
+  } else {
+    log_lost(reason, parts_.failures == nullptr ? "the other cameras" : "cameras without this fault");
   }
-  log_error(who, fmt::format("{}; the other cameras continue, retrying every {:.3g} s until it is back", reason,
-                             to_s(settings_.longest_backoff)));
+}
+
+// The camera started again, so its silence had no common reason.
+void CameraWorker::log_silence() {
+  silence_is_held_ = false;
+  log_lost(logged_reason_, "the other cameras");
+}
+
+void CameraWorker::log_lost(const std::string& reason, std::string_view others) const {
+  log_error("camera " + parts_.name, fmt::format("{}; {} continue, retrying every {:.3g} s until it is back", reason,
+                                                 others, to_s(settings_.longest_backoff)));
+}
+
+void CameraWorker::end_failure() {
+  if (parts_.failures != nullptr && !logged_reason_.empty()) {
+    parts_.failures->end(logged_reason_);
+    parts_.failures->end(kWaitsFor + logged_reason_);
+  }
+  logged_reason_.clear();
 }
 
 void CameraWorker::note(CameraPhase phase, const std::string& error) {

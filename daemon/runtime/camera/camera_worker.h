@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/bounded_vector.h"
@@ -20,6 +21,7 @@
 #include "module/camera.h"
 #include "module/detector.h"
 #include "module/stream_counters.h"
+#include "runtime/camera/failure_fold.h"
 #include "runtime/camera/preview_slot.h"
 #include "runtime/control_channel.h"
 #include "runtime/pausable.h"
@@ -43,6 +45,7 @@ struct CameraParts {
   int expected_width_px = 0;  ///< size in the rig; 0: any size
   int expected_height_px = 0;
   std::vector<MaskPolygon> drawn_masks = {};  ///< configured masks; a learnt mask excludes their area
+  FailureFold* failures = nullptr;  ///< of cameras that fail together; null: logs its own. It outlives the worker
 };
 
 /// A change of a camera's state, for the health report.
@@ -122,6 +125,9 @@ class CameraWorker : public Pausable {
   void offer_calibration(const Image& image);
   CameraPhase phase_after(const Error& error) const;
   void log_failure(const Error& error);
+  void log_silence();
+  void log_lost(const std::string& reason, std::string_view others) const;
+  void end_failure();
   void note(CameraPhase phase, const std::string& error = {});
   void deliver(Delivery state);
   void follow_orders();
@@ -142,6 +148,7 @@ class CameraWorker : public Pausable {
   bool started_ = false;                       // the camera delivers: start() succeeded, stop() was not called
   bool streaming_ = false;                     // an image came since the last start
   bool silent_ = false;                        // the last stream ended because no image came
+  bool silence_is_held_ = false;               // it is not logged yet
   CameraPhase phase_ = CameraPhase::Starting;  // of the last note
   Timestamp starting_at_;                      // begin of the last phase Starting
   std::string logged_reason_;                  // reason of the last logged failure; empty while the camera streams

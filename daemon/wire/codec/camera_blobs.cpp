@@ -21,7 +21,8 @@ void encode(const BlobFrame& from, v1::CameraBlobs& into) {
   }
 }
 
-Result<BlobFrame> decode(const v1::CameraBlobs& from) {
+Status decode(const v1::CameraBlobs& from, BlobFrame& into) {
+  into.blobs.clear();
   const int n = from.x_px_size();
   const bool alike = columns_agree(from) && from.track_ids_plus_one_size() == n;
   if (!alike || n > static_cast<int>(kMaxBlobs) || from.camera() >= kMaxCameras) {
@@ -29,7 +30,6 @@ Result<BlobFrame> decode(const v1::CameraBlobs& from) {
                  fmt::format("blobs of camera {}: columns of different length, over {} blobs, or over {} cameras",
                              from.camera(), kMaxBlobs, kMaxCameras)};
   }
-  BlobFrame into;
   into.camera = CameraId{from.camera()};
   into.number = from.number();
   into.exposed_at = from_ns(from.exposed_at_ns());
@@ -42,12 +42,19 @@ Result<BlobFrame> decode(const v1::CameraBlobs& from) {
                        std::isfinite(blob.area_px2) && std::isfinite(blob.peak) && std::isfinite(blob.roundness) &&
                        std::isfinite(blob.saturated) && !std::isinf(blob.axis_rad);
     if (!valid) {
+      into.blobs.clear();
       return Error{ErrorCode::InvalidArgument,
                    fmt::format("blobs of camera {}: blob {} has a number that is not finite, or a sigma of {} px",
                                from.camera(), i, blob.sigma_px)};
     }
     into.blobs.push_back(blob);
   }
+  return {};
+}
+
+Result<BlobFrame> decode(const v1::CameraBlobs& from) {
+  BlobFrame into;
+  if (const Status decoded = decode(from, into); !decoded) return decoded.error();
   return into;
 }
 

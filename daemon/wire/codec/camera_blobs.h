@@ -13,4 +13,7 @@ void encode(const BlobFrame& from, v1::CameraBlobs& into);
 /// more than kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
 Result<BlobFrame> decode(const v1::CameraBlobs& from);
 
+/// The same without a copy of the blobs. After a failure `into` holds no blobs.
+Status decode(const v1::CameraBlobs& from, BlobFrame& into);
+
 }  // namespace mocap::wire
