@@ -53,6 +53,13 @@ def names_needed(deb):
     return [{re.split(r"[\s:(]", each.strip())[0] for each in part.split("|")} for part in text.split(",") if part.strip()]
 
 
+def providers_of(name):
+    """The installed packages that provide a virtual package."""
+    done = subprocess.run(["dpkg-query", "--show", "--showformat=${Package}|${Provides}\n"], capture_output=True, text=True, check=True)
+    lines = [line.partition("|") for line in done.stdout.splitlines()]
+    return {package for package, _, provided in lines if name in re.findall(r"(?:^|,\s*)([^\s,(]+)", provided)}
+
+
 def faults_of_package(deb):
     """The faults of the file beside a package."""
     path = deb.with_suffix(".spdx.json")
@@ -69,7 +76,8 @@ def faults_of_package(deb):
     by_id = {each["SPDXID"]: each for each in document["packages"]}
     needs = {by_id[each["relatedSpdxElement"]]["name"] for each in document["relationships"]
              if each["relationshipType"] == "DEPENDS_ON"}
-    faults += [f"{' or '.join(sorted(part))} is a dependency and not listed" for part in names_needed(deb) if not part & needs]
+    faults += [f"{' or '.join(sorted(part))} is a dependency and not listed" for part in names_needed(deb)
+               if not part & needs and not any(providers_of(name) & needs for name in part)]
     return faults + [f"{name} has no version" for name in sorted(needs)
                      if not next(each for each in by_id.values() if each["name"] == name).get("versionInfo")]
 

@@ -66,6 +66,16 @@ class Sbom(unittest.TestCase):
         self.assertIn("libeigen3-dev", versions, "a library of headers is part of the program")
         self.assertNotIn("libeigen3-dev", [each["name"] for each in documents[1]["packages"]])
 
+    def test_lists_the_provider_of_a_virtual_package(self):
+        deb = self.package("a1", "amd64", "awk")  # every Debian has one
+
+        (document,) = self.write(deb)
+
+        self.assertEqual(sbom.faults_of_package(deb), [])
+        names = [each["name"] for each in document["packages"]]
+        self.assertTrue({"mawk", "gawk", "original-awk"} & set(names), names)
+        self.assertNotIn("awk", names)
+
     def test_is_the_same_for_the_same_package(self):
         deb = self.package("a1", "amd64", "libc6")
 

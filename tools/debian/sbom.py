@@ -60,13 +60,25 @@ def installed_versions():
     return {words[1]: words[2] for words in lines if words[0] == "installed" and len(words) == 3}
 
 
+@functools.cache
+def providers():
+    """The package of this machine that provides each virtual package."""
+    done = subprocess.run(["dpkg-query", "--show", "--showformat=${db:Status-Status}\t${Package}\t${Provides}\n"], capture_output=True,
+                          text=True, check=True)
+    lines = [line.split("\t") for line in done.stdout.splitlines()]
+    return {name: package for status, package, provided in lines if status == "installed"
+            for alternatives in relations(provided) for name, _ in alternatives}
+
+
 def version_of(name, exact, siblings):
     return siblings.get(name) or installed_versions().get(name) or exact
 
 
 def chosen(alternatives, siblings):
-    """The first alternative that exists here, as (name, version); the version is None if it is unknown."""
+    """The first alternative that exists here, as (name, version); the version is None if it is unknown. A virtual package is listed as
+    the package that provides it."""
     known = [(name, version_of(name, exact, siblings)) for name, exact in alternatives]
+    known += [(providers()[name], version_of(providers()[name], None, siblings)) for name, _ in alternatives if name in providers()]
     return next((each for each in known if each[1]), known[0])
 
 
