@@ -25,7 +25,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-constexpr Duration kLong = seconds(20);  // time limit of a failing test
+constexpr Duration kLong = seconds(60);  // time limit of a failing test
 
 BlobFrame image_of(std::uint32_t camera, std::uint64_t number) {
   BlobFrame frame;

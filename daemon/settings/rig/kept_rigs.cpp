@@ -33,7 +33,7 @@ std::vector<std::filesystem::path> kept_files(const RigPlaces& places) {
   for (const auto& entry : std::filesystem::directory_iterator(places.kept, ignored)) {
     if (entry.path().extension() == kSuffix) files.push_back(entry.path());
   }
-  std::ranges::sort(files, std::greater<>{});
+  std::ranges::sort(files, std::greater<>{}, [](const auto& file) { return file.stem().string(); });
   return files;
 }
 
