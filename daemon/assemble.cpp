@@ -22,7 +22,7 @@
 #include "explain/search_explainer.h"
 #include "fusion/idle_parts.h"
 #include "label/body_labeller.h"
-#include "model/calibrated_camera.h"
+#include "model/calibration/calibrated_camera.h"
 #include "settings/packed_files.h"
 #include "settings/same_settings.h"
 #include "settings/subject/shipped_marker_sets.h"

@@ -10,7 +10,7 @@
 #include "cameras/synthetic/synthetic_settings.h"
 #include "detect/blob_detector.h"
 #include "detect/delivered_blobs.h"
-#include "model/calibrated_camera.h"
+#include "model/calibration/calibrated_camera.h"
 #include "settings/same_settings.h"
 #include "take/take_camera.h"
 #include "track2d/following_blob_tracker.h"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/calibrated_camera.h"
+#include "model/calibration/calibrated_camera.h"
 
 namespace mocap::associate {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_report.h"
 
 namespace mocap::calibration {
 

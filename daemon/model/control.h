@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "model/calibration_order.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_order.h"
+#include "model/calibration/calibration_report.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"

@@ -4,10 +4,10 @@
 #include <functional>
 
 #include "base/result.h"
-#include "model/calibration_image.h"
-#include "model/calibration_markers.h"
-#include "model/calibration_order.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_image.h"
+#include "model/calibration/calibration_markers.h"
+#include "model/calibration/calibration_order.h"
+#include "model/calibration/calibration_report.h"
 
 namespace mocap {
 

@@ -10,8 +10,8 @@
 
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
-#include "model/calibration_order.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_order.h"
+#include "model/calibration/calibration_report.h"
 #include "module/rig_calibrator.h"
 #include "runtime/camera/camera_worker.h"
 #include "runtime/marker_channel.h"

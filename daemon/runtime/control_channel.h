@@ -10,7 +10,7 @@
 #include "base/bounded_vector.h"
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_report.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/image_mask.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "base/spsc_queue.h"
-#include "model/calibration_markers.h"
+#include "model/calibration/calibration_markers.h"
 
 namespace mocap::runtime {
 

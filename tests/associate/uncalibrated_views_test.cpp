@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "model/calibrated_camera.h"
+#include "model/calibration/calibrated_camera.h"
 
 namespace mocap::associate {
 namespace uncalibrated_views_test {

@@ -1,4 +1,4 @@
-#include "model/calibration_markers.h"
+#include "model/calibration/calibration_markers.h"
 
 #include <gtest/gtest.h>
 

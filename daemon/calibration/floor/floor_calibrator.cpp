@@ -6,16 +6,13 @@
 
 #include "calibration/floor/floor.h"
 #include "calibration/floor/measure_floor.h"
-#include "model/calibrated_camera.h"
+#include "model/calibration/calibrated_camera.h"
 
 namespace mocap::calibration {
 namespace {
 
 constexpr Duration kStill = std::chrono::seconds(5);
 constexpr Duration kWalk = std::chrono::seconds(30);
-constexpr std::size_t kMaxPositions = 20000;
-// A marker that two cameras see may be a ghost.
-constexpr std::uint32_t kMinCameras = 3;
 
 Duration length_of(FloorMethod method) { return method == FloorMethod::Walk ? kWalk : kStill; }
 
@@ -32,24 +29,10 @@ Status FloorCalibrator::start(const CalibrationOrder& order) {
   begun_.reset();
   collected_ = {};
   stationary_ = {};
-  walk_m_.clear();
-  walk_step_ = 1;
-  walk_count_ = 0;
+  walk_ = {};
   result_.reset();
   state_ = CalibrationState::Collecting;
   return {};
-}
-
-// Keeps a bounded number of positions, evenly over the whole walk.
-void FloorCalibrator::add_to_walk(const CalibrationMarkers& markers) {
-  for (const CalibrationMarker& marker : markers.markers) {
-    if (marker.cameras < kMinCameras || walk_count_++ % walk_step_ != 0) continue;
-    walk_m_.push_back(marker.at.v);
-    if (walk_m_.size() < kMaxPositions) continue;
-    for (std::size_t i = 0; i < walk_m_.size() / 2; ++i) walk_m_[i] = walk_m_[2 * i];
-    walk_m_.resize(walk_m_.size() / 2);
-    walk_step_ *= 2;
-  }
 }
 
 bool FloorCalibrator::add(const CalibrationMarkers& markers) {
@@ -57,7 +40,7 @@ bool FloorCalibrator::add(const CalibrationMarkers& markers) {
   if (!begun_) begun_ = markers.exposed_at;
   collected_ = std::max(collected_, markers.exposed_at - *begun_);
   if (order_.method == FloorMethod::Walk) {
-    add_to_walk(markers);
+    for (const CalibrationMarker& marker : markers.markers) walk_.add(marker.at.v, marker.cameras);
   } else {
     stationary_.begin(markers.exposed_at);
     for (const CalibrationMarker& marker : markers.markers) stationary_.add(marker.track, marker.at.v);
@@ -66,7 +49,8 @@ bool FloorCalibrator::add(const CalibrationMarkers& markers) {
 }
 
 void FloorCalibrator::solve(const CalibrationProgress& /*progress*/) {
-  const std::vector<Eigen::Vector3d> points_m = order_.method == FloorMethod::Walk ? walk_m_ : stationary_.positions();
+  const std::vector<Eigen::Vector3d> points_m =
+      order_.method == FloorMethod::Walk ? walk_.positions() : stationary_.positions();
   const Result<Floor> floor = measure_floor(order_, points_m, rig_);
   if (!floor) {
     state_ = CalibrationState::Failed;

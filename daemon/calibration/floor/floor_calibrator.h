@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "calibration/floor/stationary_markers.h"
+#include "calibration/floor/walk_positions.h"
 #include "module/rig_calibrator.h"
 
 namespace mocap::calibration {
@@ -26,7 +26,6 @@ class FloorCalibrator : public RigCalibrator {
   CalibrationReport report() const override;
 
  private:
-  void add_to_walk(const CalibrationMarkers& markers);
   std::string advice() const;
 
   Rig rig_;
@@ -36,9 +35,7 @@ class FloorCalibrator : public RigCalibrator {
   std::optional<Timestamp> begun_;
   Duration collected_{};
   StationaryMarkers stationary_;
-  std::vector<Eigen::Vector3d> walk_m_;  // every walk_step_-th position
-  std::size_t walk_step_ = 1;
-  std::size_t walk_count_ = 0;
+  WalkPositions walk_;
   std::optional<CalibrationResult> result_;
 };
 

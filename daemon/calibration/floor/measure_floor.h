@@ -5,7 +5,7 @@
 
 #include "base/result.h"
 #include "calibration/floor/floor.h"
-#include "model/calibration_order.h"
+#include "model/calibration/calibration_order.h"
 
 namespace mocap::calibration {
 

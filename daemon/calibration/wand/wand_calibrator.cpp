@@ -11,7 +11,7 @@
 #include "calibration/rig/assess_rig.h"
 #include "calibration/wand/solve_wand.h"
 #include "calibration/wand/wand_rig.h"
-#include "model/calibrated_camera.h"
+#include "model/calibration/calibrated_camera.h"
 
 namespace mocap::calibration {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "calibration/floor/floor.h"
 #include "calibration/wand/solve_wand.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_report.h"
 
 namespace mocap::calibration {
 

@@ -15,7 +15,7 @@
 #include "base/wake_signal.h"
 #include "detect/mask_learner.h"
 #include "model/blob.h"
-#include "model/calibration_image.h"
+#include "model/calibration/calibration_image.h"
 #include "model/health.h"
 #include "module/blob_tracker.h"
 #include "module/camera.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_report.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap::settings {

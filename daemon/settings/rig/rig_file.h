@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_report.h"
 #include "model/camera_model.h"
 #include "settings/faults.h"
 

@@ -4,8 +4,8 @@
 
 #include "base/result.h"
 #include "mocap/v1/control.pb.h"
-#include "model/calibration_order.h"
-#include "model/calibration_report.h"
+#include "model/calibration/calibration_order.h"
+#include "model/calibration/calibration_report.h"
 
 namespace mocap::wire {
 
