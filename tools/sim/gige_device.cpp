@@ -20,8 +20,6 @@
 namespace mocap::sim {
 namespace {
 
-constexpr std::uint16_t kPort = 3956;
-constexpr std::uint8_t kKey = 0x42;
 // Command ids of GVCP. The id of an acknowledge is the id of its command plus 1.
 constexpr std::uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
                         kReadMemory = 0x0084, kWriteMemory = 0x0086, kAction = 0x0100;
@@ -35,35 +33,8 @@ constexpr std::uint32_t kCanResend = 1U << 2, kCanWriteMemory = 1U << 1, kCanAct
 constexpr std::uint32_t kFireTestPacket = 1U << 31;
 constexpr int kLookAtStop_ms = 20;
 
-std::uint16_t get16(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
-std::uint32_t get32(const std::uint8_t* at) { return std::uint32_t{get16(at)} << 16 | get16(at + 2); }
-void put16(std::uint8_t* at, std::uint32_t value) {
-  at[0] = static_cast<std::uint8_t>(value >> 8);
-  at[1] = static_cast<std::uint8_t>(value);
-}
-void put32(std::uint8_t* at, std::uint32_t value) {
-  put16(at, value >> 16);
-  put16(at + 2, value);
-}
-
 bool same(const sockaddr_in& a, const sockaddr_in& b) {
   return a.sin_addr.s_addr == b.sin_addr.s_addr && a.sin_port == b.sin_port;
-}
-
-int bound_socket(in_addr address, bool shared) {
-  const int handle = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (handle < 0) return -1;
-  const int yes = 1;
-  setsockopt(handle, SOL_SOCKET, SO_TIMESTAMPNS, &yes, sizeof yes);
-  if (shared) setsockopt(handle, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  setsockopt(handle, SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
-  sockaddr_in name{};
-  name.sin_family = AF_INET;
-  name.sin_port = htons(kPort);
-  name.sin_addr = address;
-  if (bind(handle, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0) return handle;
-  close(handle);
-  return -1;
 }
 
 // Aravis adds address and size in 32 bits, so that a large address passes its own check.
@@ -71,41 +42,7 @@ bool is_in_registers(std::uint32_t address, std::size_t size) {
   return address < ARV_FAKE_CAMERA_MEMORY_SIZE && size <= ARV_FAKE_CAMERA_MEMORY_SIZE - address;
 }
 
-std::int64_t utc_now_ns() { return to_ns(host_now()) + utc_minus_host().count(); }
-
-// Time at which the kernel received a datagram, like the reception time in the hardware of a camera.
-std::int64_t arrived_utc_ns(msghdr& message) {
-  for (cmsghdr* each = CMSG_FIRSTHDR(&message); each != nullptr; each = CMSG_NXTHDR(&message, each)) {
-    if (each->cmsg_level != SOL_SOCKET || each->cmsg_type != SCM_TIMESTAMPNS) continue;
-    timespec stamp{};
-    std::memcpy(&stamp, CMSG_DATA(each), sizeof stamp);
-    return stamp.tv_sec * 1'000'000'000 + stamp.tv_nsec;
-  }
-  return utc_now_ns();
-}
-
 }  // namespace
-
-/// One datagram of a client, and the socket that received it.
-struct GigeDevice::Command {
-  int socket = -1;
-  sockaddr_in from{};
-  std::int64_t arrived_utc_ns = 0;
-  std::uint8_t flags = 0;
-  std::uint16_t command = 0;
-  std::uint16_t request = 0;
-  std::span<const std::uint8_t> data;
-
-  void acknowledge(std::span<const std::uint8_t> payload, std::uint16_t status = 0) const {
-    std::array<std::uint8_t, 600> packet{};
-    put16(&packet[0], status);
-    put16(&packet[2], command + 1U);
-    put16(&packet[4], static_cast<std::uint32_t>(payload.size()));
-    put16(&packet[6], request);
-    std::copy(payload.begin(), payload.end(), packet.begin() + 8);
-    sendto(socket, packet.data(), 8 + payload.size(), 0, reinterpret_cast<const sockaddr*>(&from), sizeof from);
-  }
-};
 
 GigeDevice::GigeDevice(const Settings& settings)
     : settings_(settings),
@@ -131,21 +68,21 @@ GigeDevice::~GigeDevice() {
 Status GigeDevice::open() {
   in_addr address{};
   const bool is_address = inet_pton(AF_INET, settings_.address.c_str(), &address) == 1;
-  if (is_address) sockets_[0] = bound_socket(address, false);
+  if (is_address) sockets_[0] = bound_gvcp_socket(address, false);
   if (sockets_[0] < 0 || !stream_.open(address)) {
     return Error{ErrorCode::Busy,
                  fmt::format("cannot serve at {} (UDP port {}): {}; another camera is simulated there, or no interface "
                              "has this address: try --first-address, or ip addr add {}/8 dev lo",
-                             settings_.address, kPort, is_address ? std::strerror(errno) : "not an IPv4 address",
+                             settings_.address, kGvcpPort, is_address ? std::strerror(errno) : "not an IPv4 address",
                              settings_.address)};
   }
   in_addr everybody{};
   everybody.s_addr = htonl(INADDR_BROADCAST);
-  sockets_[1] = bound_socket(everybody, true);
+  sockets_[1] = bound_gvcp_socket(everybody, true);
   in_addr subnet{};
   subnet.s_addr =
       address.s_addr | htonl(0x00ffffff);  // broadcast address of a /8 network: cameras are served on loopback
-  sockets_[2] = bound_socket(subnet, true);
+  sockets_[2] = bound_gvcp_socket(subnet, true);
   return {};
 }
 
@@ -264,30 +201,15 @@ void GigeDevice::run(const std::stop_token& stop) {
 }
 
 void GigeDevice::answer(int socket) {
-  std::array<std::uint8_t, 1500> packet{};
-  Command command;
-  command.socket = socket;
-  alignas(cmsghdr) std::array<std::uint8_t, 128> more;
-  iovec place{packet.data(), packet.size()};
-  msghdr message{};
-  message.msg_name = &command.from;
-  message.msg_namelen = sizeof command.from;
-  message.msg_iov = &place;
-  message.msg_iovlen = 1;
-  message.msg_control = more.data();
-  message.msg_controllen = more.size();
-  const ssize_t size = recvmsg(socket, &message, 0);
-  if (size < 8 || packet[0] != kKey || get16(&packet[4]) + 8 > size) return;
-  command.arrived_utc_ns = arrived_utc_ns(message);
-  command.flags = packet[1];
-  command.command = get16(&packet[2]);
-  command.request = get16(&packet[6]);
-  command.data = std::span(packet).subspan(8, get16(&packet[4]));
+  std::array<std::uint8_t, kMaxGvcpBytes> packet{};
+  const std::optional<GvcpCommand> received = receive_gvcp(socket, packet);
+  if (!received) return;
+  const GvcpCommand& command = *received;
   if (client_ && same(*client_, command.from)) client_heard_at_ = host_now();
   if (read_command(command) || write_command(command)) follow_control(command);
 }
 
-bool GigeDevice::read_command(const Command& command) {
+bool GigeDevice::read_command(const GvcpCommand& command) {
   const auto& data = command.data;
   std::array<std::uint8_t, 580> payload{};
   if (command.command == kDiscovery) {
@@ -314,7 +236,7 @@ bool GigeDevice::read_command(const Command& command) {
   return true;
 }
 
-bool GigeDevice::write_command(const Command& command) {
+bool GigeDevice::write_command(const GvcpCommand& command) {
   const auto& data = command.data;
   const bool one = command.command == kWriteRegister && data.size() >= 8;
   if (!one && !(command.command == kWriteMemory && data.size() > 4)) return false;
@@ -343,7 +265,7 @@ bool GigeDevice::write_command(const Command& command) {
 }
 
 // Accepts an action command while a client controls the camera. Any host that has the keys may send the command.
-void GigeDevice::take_action(const Command& command) {
+void GigeDevice::take_action(const GvcpCommand& command) {
   if (!client_) return;
   const ActionKeys keys{read(kActionDeviceKey), read(kActionGroupKey), read(kActionGroupMask)};
   const auto answer = actions_.take(command.flags, command.data, keys, clock_, command.arrived_utc_ns);
@@ -386,11 +308,11 @@ bool GigeDevice::can_read(std::uint32_t address) const {
   return address < ARV_FAKE_CAMERA_MEMORY_SIZE + description_bytes_;
 }
 
-void GigeDevice::refuse(const Command& command) { command.acknowledge({}, kAccessDenied); }
+void GigeDevice::refuse(const GvcpCommand& command) { command.acknowledge({}, kAccessDenied); }
 
 bool GigeDevice::may_write(const sockaddr_in& from) const { return !client_ || same(*client_, from); }
 
-void GigeDevice::follow_control(const Command& command) {
+void GigeDevice::follow_control(const GvcpCommand& command) {
   const bool controlled = read(kPrivilege) != 0;
   if (!client_ && controlled) {
     client_ = command.from;

@@ -14,6 +14,7 @@
 #include "camera_clock.h"
 #include "gige_actions.h"
 #include "gige_chunks.h"
+#include "gvcp_command.h"
 #include "gvsp_stream.h"
 
 typedef struct _ArvFakeCamera ArvFakeCamera;  // NOLINT(bugprone-reserved-identifier): Aravis's own name
@@ -78,8 +79,6 @@ class GigeDevice {
   void rehearse(const ServedImage& image) { stream_.rehearse(image, route()); }
 
  private:
-  struct Command;
-
   explicit GigeDevice(const Settings& settings);
   Status open();
   void describe();
@@ -87,14 +86,14 @@ class GigeDevice {
   WantedChunks wanted_chunks() const;
   void run(const std::stop_token& stop);
   void answer(int socket);
-  bool read_command(const Command& command);
-  bool write_command(const Command& command);
-  void take_action(const Command& command);
+  bool read_command(const GvcpCommand& command);
+  bool write_command(const GvcpCommand& command);
+  void take_action(const GvcpCommand& command);
   void written(std::uint32_t address, std::uint32_t value);
-  void refuse(const Command& command);
+  void refuse(const GvcpCommand& command);
   bool can_read(std::uint32_t address) const;
   bool may_write(const sockaddr_in& from) const;
-  void follow_control(const Command& command);
+  void follow_control(const GvcpCommand& command);
   void let_go_of_silent_client();
 
   Settings settings_;
