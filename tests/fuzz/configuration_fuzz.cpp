@@ -53,7 +53,7 @@ class Fuzz {
     if (configurations_.below(8) == 0) repack(*settings);
   }
 
-  std::uint64_t loaded() const { return loaded_; }
+  std::uint64_t read() const { return loaded_; }
 
  private:
   static void check(const Faults& faults) {
@@ -83,9 +83,5 @@ class Fuzz {
 }  // namespace mocap::settings
 
 int main(int argc, char** argv) {
-  const mocap::fuzz::Arguments arguments(argc, argv);
-  mocap::settings::Fuzz fuzz(arguments.seed);
-  for (std::uint64_t i = 0; i < arguments.count; ++i) fuzz.try_once();
-  arguments.print("configurations");
-  return arguments.count < 100 || fuzz.loaded() > 0 ? 0 : 1;
+  return mocap::fuzz::run_reading<mocap::settings::Fuzz>(argc, argv, "configurations");
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/expects.h"
+#include "fuzz/damage.h"
 #include "fuzz/fuzz_arguments.h"
 #include "mocap/v1/control.pb.h"
 #include "wire/codec/control_codec.h"
@@ -24,11 +25,11 @@ class Fuzz {
   explicit Fuzz(std::uint64_t seed) : random_(seed) {}
 
   void try_once() {
-    const std::string bytes = below(8) == 0 ? random_bytes() : damaged(valid_request());
+    const std::string bytes = below(8) == 0 ? fuzz::random_bytes(random_) : fuzz::damaged(valid_request(), random_);
     v1::Request request;
     if (request.ParseFromString(bytes)) check(decode(request));
     v1::Snapshot snapshot;
-    if (snapshot.ParseFromString(damaged(valid_snapshot()))) static_cast<void>(decode(snapshot));
+    if (snapshot.ParseFromString(fuzz::damaged(valid_snapshot(), random_))) static_cast<void>(decode(snapshot));
     v1::Description description;
     if (description.ParseFromString(bytes)) static_cast<void>(decode(description));
     v1::Health health;
@@ -44,12 +45,6 @@ class Fuzz {
       case 2: return -1e300;
       default: return below(2000) * 0.01 - 10.0;
     }
-  }
-
-  std::string random_bytes() {
-    std::string bytes(static_cast<std::size_t>(below(300)), '\0');
-    for (char& byte : bytes) byte = static_cast<char>(random_());
-    return bytes;
   }
 
   std::string valid_request() {
@@ -95,19 +90,6 @@ class Fuzz {
     }
     for (int i = below(4); i > 0; --i) snapshot.mutable_views()->add_cameras(static_cast<std::uint32_t>(below(70)));
     return snapshot.SerializeAsString();
-  }
-
-  std::string damaged(std::string bytes) {
-    for (int i = below(4); i > 0 && !bytes.empty(); --i) {
-      const auto at = random_() % bytes.size();
-      switch (below(4)) {
-        case 0: bytes[at] = static_cast<char>(random_()); break;
-        case 1: bytes.resize(at); break;
-        case 2: bytes.insert(at, random_bytes()); break;
-        default: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
-      }
-    }
-    return bytes;
   }
 
   static void check(const Result<ControlRequest>& read) {

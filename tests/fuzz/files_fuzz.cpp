@@ -126,9 +126,5 @@ class Fuzz {
 }  // namespace mocap::take
 
 int main(int argc, char** argv) {
-  const mocap::fuzz::Arguments arguments(argc, argv);
-  mocap::take::Fuzz fuzz(arguments.seed);
-  for (std::uint64_t i = 0; i < arguments.count; ++i) fuzz.try_once();
-  arguments.print("files of each kind");
-  return arguments.count < 100 || fuzz.read() > 0 ? 0 : 1;
+  return mocap::fuzz::run_reading<mocap::take::Fuzz>(argc, argv, "files of each kind");
 }

@@ -23,4 +23,15 @@ struct Arguments {
   }
 };
 
+/// Runs a fuzzer of files: Fuzz(seed), try_once(), read(), the number of inputs that were read without a fault. Returns
+/// the exit code: 1 if not one of a hundred inputs or more was read, because such inputs test little.
+template <class Fuzz>
+int run_reading(int argc, char** argv, const char* inputs) {
+  const Arguments arguments(argc, argv);
+  Fuzz fuzz(arguments.seed);
+  for (std::uint64_t i = 0; i < arguments.count; ++i) fuzz.try_once();
+  arguments.print(inputs);
+  return arguments.count < 100 || fuzz.read() > 0 ? 0 : 1;
+}
+
 }  // namespace mocap::fuzz

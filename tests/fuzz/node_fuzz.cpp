@@ -13,6 +13,7 @@
 #include "base/expects.h"
 #include "base/log.h"
 #include "cameras/node/node_camera.h"
+#include "fuzz/damage.h"
 #include "fuzz/fuzz_arguments.h"
 #include "mocap/v1/node.pb.h"
 #include "wire/codec/camera_blobs.h"
@@ -47,7 +48,7 @@ class Messages {
   std::string call() {
     v1::NodeCall call;
     call.set_protocol(below(20) == 0 ? static_cast<std::uint32_t>(random_()) : kNodeProtocol);
-    call.set_camera(below(10) == 0 ? random_bytes() : below(2) == 0 ? "north" : "south");
+    call.set_camera(below(10) == 0 ? fuzz::random_bytes(random_) : below(2) == 0 ? "north" : "south");
     call.set_called_at_ns(instant_ns());
     call.set_ended(below(50) == 0);
     return perhaps_damaged(call.SerializeAsString());
@@ -86,7 +87,7 @@ class Messages {
       case 0: echo.set_called_at_ns(instant_ns()); break;
       case 1: echo.set_received_at_ns(instant_ns()); break;
       case 2: echo.set_sent_at_ns(instant_ns()); break;
-      case 3: echo.set_node(random_bytes()); break;
+      case 3: echo.set_node(fuzz::random_bytes(random_)); break;
       case 4: echo.set_session(random_()); break;
       case 5: echo.set_width_px(static_cast<std::uint32_t>(below(300))); break;
       case 6: echo.set_state(static_cast<v1::NodeEcho::CameraState>(below(4))); break;
@@ -115,7 +116,7 @@ class Messages {
 
   std::string refusal() {
     v1::NodeMessage message;
-    message.set_refusal(random_bytes());
+    message.set_refusal(fuzz::random_bytes(random_));
     return message.SerializeAsString();
   }
 
@@ -128,24 +129,8 @@ class Messages {
     }
   }
 
-  std::string random_bytes() {
-    std::string bytes(static_cast<std::size_t>(below(300)), '\0');
-    for (char& byte : bytes) byte = static_cast<char>(random_());
-    return bytes;
-  }
-
   std::string perhaps_damaged(std::string bytes) {
-    if (below(3) != 0) return bytes;
-    for (int i = below(4); i > 0 && !bytes.empty(); --i) {
-      const auto at = random_() % bytes.size();
-      switch (below(4)) {
-        case 0: bytes[at] = static_cast<char>(random_()); break;
-        case 1: bytes.resize(at); break;
-        case 2: bytes.insert(at, random_bytes()); break;
-        default: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
-      }
-    }
-    return bytes;
+    return below(3) != 0 ? bytes : fuzz::damaged(std::move(bytes), random_);
   }
 
   std::mt19937_64 random_;

@@ -120,9 +120,5 @@ class Fuzz {
 }  // namespace mocap::settings
 
 int main(int argc, char** argv) {
-  const mocap::fuzz::Arguments arguments(argc, argv);
-  mocap::settings::Fuzz fuzz(arguments.seed);
-  for (std::uint64_t i = 0; i < arguments.count; ++i) fuzz.try_once();
-  arguments.print("marker sets, skeletons and subjects");
-  return arguments.count < 100 || fuzz.read() > 0 ? 0 : 1;
+  return mocap::fuzz::run_reading<mocap::settings::Fuzz>(argc, argv, "marker sets, skeletons and subjects");
 }
