@@ -1,4 +1,4 @@
-#include "ctl/shot.h"
+#include "ctl/camera/shot.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

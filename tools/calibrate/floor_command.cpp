@@ -13,16 +13,6 @@ namespace {
 constexpr double kLiveSeconds = 5.0;
 constexpr double kWalkSeconds = 30.0;
 
-FloorOrder order_of(const FloorOptions& options) {
-  FloorOrder order;
-  if (options.by_markers) order.method = FloorMethod::Points;
-  if (options.by_walk) order.method = FloorMethod::Walk;
-  order.long_m = 1e-3 * options.frame_mm[0];
-  order.short_m = 1e-3 * options.frame_mm[1];
-  order.height_m = 1e-3 * options.height_mm;
-  return order;
-}
-
 }  // namespace
 
 void add_floor_command(cli::App& app, FloorOptions& options) {
@@ -33,25 +23,7 @@ void add_floor_command(cli::App& app, FloorOptions& options) {
       "  mocap-calibrate floor --config my.toml --walk --height 40");
   floor->add_option("--rig", options.rig, "rig file; default: the configuration's")->type_name("FILE");
   floor->add_option("--out", options.out, "rig file to write; default: the same")->type_name("FILE");
-  auto* frame =
-      floor
-          ->add_option("--frame", options.frame_mm,
-                       "length of the long arm (along x) and of the short arm (along y), mm; the corner is the origin")
-          ->delimiter(',')
-          ->expected(2)
-          ->check(cli::Range(50.0, 10000.0))
-          ->capture_default_str();
-  auto* markers =
-      floor
-          ->add_flag("--markers", options.by_markers,
-                     "three markers or more on the floor instead of a frame; they do not determine the axes")
-          ->excludes(frame);
-  floor->add_flag("--walk", options.by_walk, "the lowest markers of a person who walks through the volume")
-      ->excludes(frame)
-      ->excludes(markers);
-  floor->add_option("--height", options.height_mm, "height of the centres of the (lowest) markers above the floor, mm")
-      ->check(cli::Range(-100.0, 1000.0))
-      ->capture_default_str();
+  cli::add_floor_options(*floor, options.floor);
   floor->add_option("--seconds", options.take.seconds, "duration of live cameras; default 5, with --walk 30")
       ->check(cli::Range(1.0, 3600.0));
   floor->add_flag("--dry-run", options.dry_run, "report only, write nothing");
@@ -64,7 +36,7 @@ int run_floor(const FloorOptions& options) {
   }
   catch_signals();
   RecordingOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = options.by_walk ? kWalkSeconds : kLiveSeconds;
+  if (take.seconds <= 0.0) take.seconds = options.floor.by_walk ? kWalkSeconds : kLiveSeconds;
   const auto gathered = gather_blobs(take);
   if (!gathered) {
     print_message("{}", gathered.error().message);
@@ -76,10 +48,10 @@ int run_floor(const FloorOptions& options) {
     print_message("{}", rig.error().message);
     return rig.error().exit;
   }
-  const FloorOrder order = order_of(options);
+  const FloorOrder order = cli::floor_order(options.floor);
   const bool walks = order.method == FloorMethod::Walk;
   const std::vector<Eigen::Vector3d> points_m =
-      walks ? marker_positions(gathered->recording, *rig) : stationary_markers(gathered->recording, *rig);
+      walks ? walk_positions(gathered->recording, *rig) : stationary_markers(gathered->recording, *rig);
   const auto floor = calibration::measure_floor(order, points_m, *rig);
   if (!floor) {
     print_message("{}", floor.error().message);

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
 
 #include "calibrate/gather_blobs.h"
 #include "lib/cli/app.h"
+#include "lib/cli/floor_options.h"
 
 namespace mocap::calibrate {
 
@@ -12,10 +12,7 @@ struct FloorOptions {
   RecordingOptions take;
   std::filesystem::path rig;  ///< empty: the configuration's
   std::filesystem::path out;  ///< empty: the rig
-  std::vector<double> frame_mm{600.0, 400.0};
-  bool by_markers = false;
-  bool by_walk = false;
-  double height_mm = 0.0;
+  cli::FloorOptions floor;
   bool dry_run = false;
 };
 

@@ -6,6 +6,7 @@
 #include "associate/multi_view_matcher.h"
 #include "calibrate/gather_blobs.h"
 #include "calibration/floor/stationary_markers.h"
+#include "calibration/floor/walk_positions.h"
 #include "calibration/wand/instants.h"
 #include "model/identity_map.h"
 #include "track3d/kalman_marker_tracker.h"
@@ -14,7 +15,6 @@ namespace mocap::calibrate {
 namespace {
 
 constexpr double kUnbounded_m = 1000.0;
-constexpr std::size_t kMaxPositions = 20000;
 
 // Exposure times without blobs: group_by_instant needs no more.
 calibration::Take times_of(const take::BlobRecording& recording) {
@@ -78,17 +78,12 @@ std::vector<Eigen::Vector3d> stationary_markers(const take::BlobRecording& recor
   return stationary.positions();
 }
 
-std::vector<Eigen::Vector3d> marker_positions(const take::BlobRecording& recording, const Rig& rig) {
-  std::vector<Eigen::Vector3d> positions;
+std::vector<Eigen::Vector3d> walk_positions(const take::BlobRecording& recording, const Rig& rig) {
+  calibration::WalkPositions walk;
   run_pipeline(recording, rig, {}, [&](const PipelineOutput& output) {
-    for (const Marker& marker : output.markers) {
-      if (marker.cameras >= 3) positions.push_back(marker.position.v);
-    }
+    for (const Marker& marker : output.markers) walk.add(marker.position.v, marker.cameras);
   });
-  if (positions.size() <= kMaxPositions) return positions;
-  std::vector<Eigen::Vector3d> some;
-  for (std::size_t i = 0; i < kMaxPositions; ++i) some.push_back(positions[i * positions.size() / kMaxPositions]);
-  return some;
+  return walk.positions();
 }
 
 }  // namespace mocap::calibrate

@@ -25,7 +25,7 @@ void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const st
 /// The mean positions of the markers that do not move (StationaryMarkers).
 std::vector<Eigen::Vector3d> stationary_markers(const take::BlobRecording& recording, const Rig& rig);
 
-/// The positions of all markers that three cameras or more see, at all instants; at most 20000, thinned out evenly.
-std::vector<Eigen::Vector3d> marker_positions(const take::BlobRecording& recording, const Rig& rig);
+/// The positions of all markers over a walk (WalkPositions).
+std::vector<Eigen::Vector3d> walk_positions(const take::BlobRecording& recording, const Rig& rig);
 
 }  // namespace mocap::calibrate

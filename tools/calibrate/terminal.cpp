@@ -1,25 +1,26 @@
 #include "calibrate/terminal.h"
 
-#include <unistd.h>
-
 #include <csignal>
+
+#include "lib/cli/status_line.h"
 
 namespace mocap::calibrate {
 namespace {
 
 volatile std::sig_atomic_t stop_count = 0;
 
-}  // namespace
-
-bool on_terminal() { return ::isatty(STDERR_FILENO) != 0; }
-
-void show_progress(const std::string& line) {
-  if (!on_terminal()) return;
-  fmt::print(stderr, "\r\x1b[2K{}", line);
-  std::fflush(stderr);
+cli::StatusLine& progress_line() {
+  static cli::StatusLine line;
+  return line;
 }
 
-void clear_progress() { show_progress(""); }
+}  // namespace
+
+bool on_terminal() { return progress_line().on_terminal(); }
+
+void show_progress(const std::string& line) { progress_line().show(line); }
+
+void clear_progress() { progress_line().clear(); }
 
 void catch_signals() {
   stop_count = 0;

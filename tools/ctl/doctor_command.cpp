@@ -1,7 +1,6 @@
 #include "ctl/doctor_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,6 +17,7 @@
 #include "cameras/v4l2/v4l2_discovery.h"
 #include "cameras/v4l2/v4l2_settings.h"
 #include "ctl/doctor.h"
+#include "lib/cli/status_line.h"
 #include "lib/rigcheck/recorded_spots.h"
 #include "settings/daemon_settings.h"
 #include "settings/rig/rig_file.h"
@@ -138,11 +138,9 @@ Status look_at_rig(const DoctorOptions& options, const Rig& rig, std::vector<Fin
   const auto ordered = rig_of_recording(rig, *recording);
   if (!ordered) return ordered.error();
   const auto last = rigcheck::last_of(rigcheck::spots_of(*recording), from_s(kExaminedSeconds));
-  const auto show = [](const std::string& tested) {
-    if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[Kcomparing blobs and rig: {}", tested);
-  };
+  cli::StatusLine line;
+  const auto show = [&line](const std::string& tested) { line.show("comparing blobs and rig: " + tested); };
   const auto diagnosis = calibration::diagnose_rig(*ordered, last, show);
-  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[K");
   for (Finding& finding : findings_of(diagnosis, *ordered)) findings.push_back(std::move(finding));
   return {};
 }

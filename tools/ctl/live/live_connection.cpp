@@ -1,4 +1,4 @@
-#include "ctl/live_connection.h"
+#include "ctl/live/live_connection.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "ctl/take_command.h"
+#include "ctl/take/take_command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "ctl/shot.h"
+#include "ctl/camera/shot.h"
 
 #include <fmt/format.h>
 #include <png.h>

@@ -1,4 +1,4 @@
-#include "ctl/takes.h"
+#include "ctl/subject/labelled_takes.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "ctl/live_command.h"
+#include "ctl/live/live_command.h"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@
 #include <sstream>
 
 #include "base/exit_codes.h"
-#include "ctl/live_answer.h"
-#include "ctl/live_connection.h"
+#include "ctl/live/live_answer.h"
+#include "ctl/live/live_connection.h"
 #include "mocap/v1/control.pb.h"
 #include "settings/shipped_files.h"
 #include "settings/subject/subject_file.h"

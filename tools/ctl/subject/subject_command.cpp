@@ -1,4 +1,4 @@
-#include "ctl/subject_command.h"
+#include "ctl/subject/subject_command.h"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
-#include "ctl/marker_set_drawing.h"
-#include "ctl/takes.h"
+#include "ctl/subject/labelled_takes.h"
+#include "ctl/subject/marker_set_drawing.h"
 #include "identify/asymmetry.h"
 #include "scene/import_marker_set.h"
 #include "settings/shipped_files.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ctl/live_command.h"
+#include "ctl/live/live_command.h"
 
 namespace mocap::ctl {
 

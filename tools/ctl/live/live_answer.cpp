@@ -1,4 +1,4 @@
-#include "ctl/live_answer.h"
+#include "ctl/live/live_answer.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>

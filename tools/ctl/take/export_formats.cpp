@@ -1,4 +1,4 @@
-#include "ctl/export_formats.h"
+#include "ctl/take/export_formats.h"
 
 #include <fmt/format.h>
 

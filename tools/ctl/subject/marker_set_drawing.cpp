@@ -1,4 +1,4 @@
-#include "ctl/marker_set_drawing.h"
+#include "ctl/subject/marker_set_drawing.h"
 
 #include <fmt/format.h>
 

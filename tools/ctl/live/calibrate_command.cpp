@@ -1,7 +1,6 @@
-#include "ctl/calibrate_command.h"
+#include "ctl/live/calibrate_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -12,8 +11,9 @@
 #include "base/exit_codes.h"
 #include "base/time.h"
 #include "calibration/wand/parse_wand.h"
-#include "ctl/live_answer.h"
-#include "ctl/live_connection.h"
+#include "ctl/live/live_answer.h"
+#include "ctl/live/live_connection.h"
+#include "lib/cli/status_line.h"
 
 namespace mocap::ctl {
 namespace {
@@ -27,21 +27,19 @@ int fail_calibration(const LiveFailure& failure) {
   return failure.exit;
 }
 
-// Shows the progress of a calibration: a line that is overwritten on a terminal, otherwise a line every 5 s.
+// Shows the progress of a calibration; without a terminal a line every 5 s.
 class CalibrationLine {
  public:
   void show(const std::string& line) {
-    if (on_terminal_) return fmt::print(stderr, "\r\x1b[K{}", line), void(std::fflush(stderr));
+    if (on_terminal_.on_terminal()) return on_terminal_.show(line);
     if (host_now() < print_at_) return;
     print_at_ = host_now() + from_s(kPrintPeriod_s);
     fmt::print(stderr, "{}\n", line);
   }
-  void clear() {
-    if (on_terminal_) fmt::print(stderr, "\r\x1b[K");
-  }
+  void clear() { on_terminal_.clear(); }
 
  private:
-  bool on_terminal_ = ::isatty(STDERR_FILENO) != 0;
+  cli::StatusLine on_terminal_;
   Timestamp print_at_;
 };
 
@@ -139,15 +137,10 @@ int calibrate_with_wand(LiveOptions& options) {
 }
 
 int measure_floor(LiveOptions& options) {
-  FloorOrder& floor = options.request.calibration.floor;
   options.request.calibration.action = CalibrationAction::Floor;
-  if (options.by_markers) floor.method = FloorMethod::Points;
-  if (options.by_walk) floor.method = FloorMethod::Walk;
-  floor.long_m = 1e-3 * options.frame_mm[0];
-  floor.short_m = 1e-3 * options.frame_mm[1];
-  floor.height_m = 1e-3 * options.height_mm;
-  return calibrate(options, options.by_walk ? "walk through the whole volume for 30 s"
-                                            : "leave the markers on the floor still for 5 s");
+  options.request.calibration.floor = cli::floor_order(options.floor);
+  return calibrate(options, options.floor.by_walk ? "walk through the whole volume for 30 s"
+                                                  : "leave the markers on the floor still for 5 s");
 }
 
 int order_calibration(LiveOptions& options, CalibrationAction action) {
@@ -194,25 +187,7 @@ void add_floor(cli::App& calibrate, LiveOptions& options) {
       "  mocapctl calibrate floor --frame 600,400\n"
       "  mocapctl calibrate floor --walk --height 40");
   add_connection_options(*floor, options);
-  auto* frame =
-      floor
-          ->add_option("--frame", options.frame_mm,
-                       "length of the long arm (along x) and of the short arm (along y), mm; the corner is the origin")
-          ->delimiter(',')
-          ->expected(2)
-          ->check(cli::Range(50.0, 10000.0))
-          ->capture_default_str();
-  auto* markers =
-      floor
-          ->add_flag("--markers", options.by_markers,
-                     "three markers or more on the floor instead of a frame; they do not determine the axes")
-          ->excludes(frame);
-  floor->add_flag("--walk", options.by_walk, "the lowest markers of a person who walks through the volume")
-      ->excludes(frame)
-      ->excludes(markers);
-  floor->add_option("--height", options.height_mm, "height of the centres of the (lowest) markers above the floor, mm")
-      ->check(cli::Range(-100.0, 1000.0))
-      ->capture_default_str();
+  cli::add_floor_options(*floor, options.floor);
   floor->add_flag("--dry-run", options.dry_run, "report only; the rig waits for calibrate apply");
   floor->callback([&options] { options.run = [&options] { return measure_floor(options); }; });
 }

@@ -1,7 +1,6 @@
-#include "ctl/export_command.h"
+#include "ctl/take/export_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -14,11 +13,12 @@
 #include <vector>
 
 #include "base/exit_codes.h"
-#include "ctl/export_formats.h"
 #include "ctl/new_file.h"
+#include "ctl/take/export_formats.h"
 #include "export/clip/clip_from.h"
 #include "export/clip/edit_clip.h"
 #include "export/clip/rates.h"
+#include "lib/cli/status_line.h"
 
 namespace mocap::ctl {
 namespace {
@@ -51,27 +51,6 @@ int exit_of_export(const Error& error) {
 Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
 
 std::string_view name_of(Axes axes) { return axes == Axes::ZUp ? "z-up" : "y-up"; }
-
-// Prints a percentage to a terminal, on one line; to a program a line each time.
-class ProgressLine {
- public:
-  explicit ProgressLine(bool for_program) : for_program_(for_program) {}
-  ~ProgressLine() {
-    if (shown_) fmt::print(stderr, "\r\033[K");
-  }
-  void show(double share) {
-    if (for_program_) return fmt::print(stderr, "progress {:.3f}\n", share);
-    if (!on_terminal_) return;
-    shown_ = true;
-    fmt::print(stderr, "\rmocapctl: reading {:.0f} %", 100.0 * share);
-    std::fflush(stderr);
-  }
-
- private:
-  bool for_program_;
-  bool on_terminal_ = ::isatty(STDERR_FILENO) == 1;
-  bool shown_ = false;
-};
 
 Result<const ExportFormat*> format_of(const ExportOptions& options) {
   std::string name = options.format;
@@ -106,8 +85,11 @@ Result<Clip> read_clip(const ExportOptions& options, exports::ClipReport& report
   if (!recording) return recording.error();
   exports::ClipBuilder builder(options.take.stem().string(), options.subjects);
   {
-    ProgressLine line(options.progress);
-    const Status read = exports::read_into(builder, **recording, [&](double share) { line.show(share); });
+    cli::StatusLine line;
+    const Status read = exports::read_into(builder, **recording, [&](double share) {
+      if (options.progress) return fmt::print(stderr, "progress {:.3f}\n", share);
+      line.show(fmt::format("mocapctl: reading {:.0f} %", 100.0 * share));
+    });
     if (!read) return read.error();
   }
   Result<Clip> clip = builder.build();
@@ -262,12 +244,12 @@ void add_conventions(cli::App& command, ExportOptions& options) {
 }
 
 // The options of a command line, and the texts that are read when all options are known.
-struct CommandLine {
+struct ExportCommandLine {
   ExportOptions options;
   std::vector<std::string> range;
 };
 
-int run_command(CommandLine& line) {
+int run_command(ExportCommandLine& line) {
   for (const std::string& text : line.range) {
     const auto end = exports::parse_range_end(text);
     if (!end) {
@@ -285,7 +267,7 @@ int run_command(CommandLine& line) {
 }  // namespace
 
 void add_export_command(cli::App& take, std::function<int()>& chosen) {
-  const auto line = std::make_shared<CommandLine>();
+  const auto line = std::make_shared<ExportCommandLine>();
   ExportOptions& options = line->options;
   cli::App* command = take.add_subcommand("export", "write a take as a file of another program");
   command->examples(

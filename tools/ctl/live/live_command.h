@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "lib/cli/app.h"
+#include "lib/cli/floor_options.h"
 #include "lib/cli/key_options.h"
 #include "model/control.h"
 
@@ -25,14 +25,11 @@ struct LiveOptions {
   double seconds = 0.0;
   double countdown_s = 0.0;
   std::string at;
-  std::filesystem::path shots_file;            ///< of take shots import
-  bool csv = false;                            ///< of take shots list
-  std::string wand = "500";                    ///< of calibrate wand, as the next; `seconds`: the largest duration
-  std::vector<double> frame_mm{600.0, 400.0};  ///< of calibrate floor, as the next three
-  bool by_markers = false;
-  bool by_walk = false;
-  double height_mm = 0.0;
-  bool dry_run = false;  ///< of calibrate wand and calibrate floor
+  std::filesystem::path shots_file;  ///< of take shots import
+  bool csv = false;                  ///< of take shots list
+  std::string wand = "500";          ///< of calibrate wand, as the next; `seconds`: the largest duration
+  cli::FloorOptions floor;           ///< of calibrate floor
+  bool dry_run = false;              ///< of calibrate wand and calibrate floor
 };
 
 /// Adds the commands that send a request to a running daemon. The parser sets `options.run` to the chosen command. Call

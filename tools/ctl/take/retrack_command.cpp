@@ -1,7 +1,6 @@
-#include "ctl/retrack_command.h"
+#include "ctl/take/retrack_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "base/time.h"
+#include "lib/cli/status_line.h"
 #include "lib/retrack/retrack.h"
 
 namespace mocap::ctl {
@@ -22,37 +22,18 @@ using retrack::RetrackOrder;
 using retrack::RetrackProgress;
 using retrack::RetrackReport;
 
-struct CommandLine {
+struct RetrackCommandLine {
   RetrackOrder order;
   std::vector<double> range_s;  // none, or both ends
   std::string preset = "live";
   bool json = false;
 };
 
-// Prints share, speed and the time that is left to a terminal, on one line.
-class ProgressLine {
- public:
-  ProgressLine() : on_terminal_(::isatty(STDERR_FILENO) == 1), started_(host_now()) {}
-  ~ProgressLine() {
-    if (shown_) fmt::print(stderr, "\r\033[K");
-  }
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
-  void show(const RetrackProgress& progress) {
-    if (!on_terminal_ || progress.share <= 0.0) return;
-    shown_ = true;
-    const double spent_s = to_s(host_now() - started_);
-    fmt::print(stderr, "\r\033[Kmocapctl: tracked {:.0f} %, {:.0f} sets/s, {:.0f} s left", 100.0 * progress.share,
-               static_cast<double>(progress.sets) / spent_s, spent_s / progress.share - spent_s);
-    std::fflush(stderr);
-  }
-
- private:
-  bool on_terminal_;
-  bool shown_ = false;
-  Timestamp started_;
-};
+// Share, speed and the time that is left.
+std::string progress_line(const RetrackProgress& progress, double spent_s) {
+  return fmt::format("mocapctl: tracked {:.0f} %, {:.0f} sets/s, {:.0f} s left", 100.0 * progress.share,
+                     static_cast<double>(progress.sets) / spent_s, spent_s / progress.share - spent_s);
+}
 
 int report_failure(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
@@ -92,7 +73,7 @@ void print_text(const RetrackReport& report, double spent_s) {
   if (report.damaged > 0) fmt::print("{} damaged messages were left out\n", report.damaged);
 }
 
-int run(const CommandLine& line) {
+int run(const RetrackCommandLine& line) {
   RetrackOrder order = line.order;
   if (order.out.empty()) order.out = order.take.stem().string() + "-retracked.mcap";
   if (!line.range_s.empty()) {
@@ -108,8 +89,10 @@ int run(const CommandLine& line) {
   set_log_level(LogLevel::Warn);
   const Timestamp started = host_now();
   const Result<RetrackReport> report = [&] {
-    ProgressLine progress;
-    return retrack::retrack(order, [&](const RetrackProgress& now) { progress.show(now); });
+    cli::StatusLine progress;
+    return retrack::retrack(order, [&](const RetrackProgress& now) {
+      if (now.share > 0.0) progress.show(progress_line(now, to_s(host_now() - started)));
+    });
   }();
   if (!report) return report_failure(report.error());
   const double spent_s = std::max(to_s(host_now() - started), 1e-6);
@@ -120,7 +103,7 @@ int run(const CommandLine& line) {
 }  // namespace
 
 void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
-  const auto line = std::make_shared<CommandLine>();
+  const auto line = std::make_shared<RetrackCommandLine>();
   RetrackOrder& order = line->order;
   cli::App* command =
       take.add_subcommand("retrack", "track a take again from its blobs, as the daemon does, into a new take");

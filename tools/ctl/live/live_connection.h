@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "ctl/live_command.h"
+#include "ctl/live/live_command.h"
 #include "mocap/v1/control.pb.h"
 #include "wire/zmq_control.h"
 

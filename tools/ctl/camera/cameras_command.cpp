@@ -1,4 +1,4 @@
-#include "ctl/cameras_command.h"
+#include "ctl/camera/cameras_command.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,7 +18,7 @@
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/camera_make.h"
 #include "cameras/open_camera.h"
-#include "ctl/shot.h"
+#include "ctl/camera/shot.h"
 #include "detect/blob_detector.h"
 #include "settings/daemon_settings.h"
 
