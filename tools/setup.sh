@@ -27,6 +27,8 @@ test_packages=(
   python3-lz4 python3-pip python3-setuptools python3-wheel python3-venv mono-mcs mono-runtime zip
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
+  # nodes that announce themselves
+  avahi-daemon
   # the client library for Windows: compiler, tools for Microsoft's import library, and Wine to run it
   g++-mingw-w64-x86-64-posix llvm lld wine64
 )

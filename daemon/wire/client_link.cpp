@@ -1,5 +1,6 @@
 #include "wire/client_link.h"
 
+#include <fmt/format.h>
 #include <zmq.h>
 
 #include <cerrno>
@@ -40,8 +41,8 @@ void ClientLink::watch(void* context, void* socket, bool has_keys) {
   close();
   has_keys_ = has_keys;
   handshake_running_ = failed_since_watch_ = false;
-  // The previous monitor may still exist: each has its own address.
-  const std::string address = "inproc://monitor-" + std::to_string(++watches_);
+  // The previous monitor and those of other links in the context may still exist: each has its own address.
+  const std::string address = fmt::format("inproc://monitor-{}-{}", static_cast<const void*>(this), ++watches_);
   if (zmq_socket_monitor(socket, address.c_str(), kEvents) != 0) return;
   watched_ = socket;
   monitor_ = zmq_socket(context, ZMQ_PAIR);

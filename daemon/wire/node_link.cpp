@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <mutex>
 #include <utility>
 
 #include "mocap/v1/node.pb.h"
@@ -23,6 +24,7 @@ constexpr int kImagesWaiting = 64;                              // 0.5 s at 120 
 constexpr int kLongestNodeMessage = 1 << 17;                    // 512 blobs have 45 kB
 constexpr int kEndLinger_ms = 500;                              // for the acknowledgement of the last image
 constexpr std::size_t kLongestText = 400;                       // of a refusal: it enters log and health
+constexpr int kMostNodeCameras = 256;                           // as the server serves
 constexpr std::int64_t kMostUptime_ns = std::int64_t{1} << 60;  // 36 years; sums of instants stay in range
 
 NodeCameraState from_wire(v1::NodeEcho::CameraState state) {
@@ -33,9 +35,26 @@ NodeCameraState from_wire(v1::NodeEcho::CameraState state) {
   }
 }
 
+// A context for each of 64 cameras would have 128 threads, which took 0.6 of a core.
+std::shared_ptr<ZmqContext> context_of_node_links() {
+  static std::mutex mutex;
+  static std::weak_ptr<ZmqContext> shared;
+  const std::lock_guard lock(mutex);
+  std::shared_ptr<ZmqContext> context = shared.lock();
+  if (!context) shared = context = std::make_shared<ZmqContext>();
+  return context;
+}
+
 // Whether all are instants of a monotonic clock.
 bool plausible(std::initializer_list<std::int64_t> instants_ns) {
   return std::ranges::all_of(instants_ns, [](std::int64_t at) { return at >= 0 && at <= kMostUptime_ns; });
+}
+
+// Whether the camera of a NodeEcho, or of its list, has an image size that exists.
+template <class Camera>
+bool possible_size(const Camera& camera) {
+  constexpr std::uint32_t kMaxSide_px = 16384;
+  return camera.width_px() <= kMaxSide_px && camera.height_px() <= kMaxSide_px;
 }
 
 // Text of a peer, as one line.
@@ -51,7 +70,7 @@ std::string one_line(std::string_view text) {
 
 struct NodeLink::Impl {
   NodeLinkSettings settings;
-  ZmqContext context;
+  std::shared_ptr<ZmqContext> context = context_of_node_links();
   ZmqSocket socket;
   ClientLink link;
   v1::NodeCall call;
@@ -65,7 +84,7 @@ struct NodeLink::Impl {
     const std::string& endpoint = settings.endpoint;
     link.close();
     socket.close();
-    if (Status opened = socket.open(context, ZMQ_DEALER, endpoint); !opened) return opened;
+    if (Status opened = socket.open(*context, ZMQ_DEALER, endpoint); !opened) return opened;
     const struct {
       int option, value;
     } options[] = {{ZMQ_RCVHWM, kImagesWaiting},
@@ -81,7 +100,7 @@ struct NodeLink::Impl {
     }
     if (Status set = socket.set_wide(ZMQ_MAXMSGSIZE, kLongestNodeMessage); !set) return set;
     if (Status set = set_keys(socket, settings.keys); !set) return set;
-    link.watch(context.get(), socket.get(), settings.keys.on());
+    link.watch(context->get(), socket.get(), settings.keys.on());
     if (zmq_connect(socket.get(), endpoint.c_str()) != 0) {
       return zmq_failure(fmt::format("endpoint '{}': expected tcp://ADDRESS:PORT or ipc://PATH", endpoint));
     }
@@ -110,9 +129,11 @@ struct NodeLink::Impl {
   }
 
   Result<NodeNews> read_echo(Timestamp arrived_at) {
-    constexpr std::uint32_t kMaxSide_px = 16384;
     const v1::NodeEcho& from = message.echo();
-    if (from.width_px() > kMaxSide_px || from.height_px() > kMaxSide_px) return malformed("an impossible image size");
+    if (!possible_size(from) || !std::ranges::all_of(from.cameras(), possible_size<v1::NodeEcho::Camera>)) {
+      return malformed("an impossible image size");
+    }
+    if (from.cameras_size() > kMostNodeCameras) return malformed("too many cameras");
     if (!plausible({from.called_at_ns(), from.received_at_ns(), from.sent_at_ns()})) {
       return malformed("an echo with impossible instants");
     }
@@ -123,6 +144,10 @@ struct NodeLink::Impl {
     echo.node = one_line(from.node());
     echo.session = from.session();
     echo.camera = {settings.camera, from.width_px(), from.height_px(), from_wire(from.state())};
+    echo.cameras.clear();
+    for (const v1::NodeEcho::Camera& each : from.cameras()) {
+      echo.cameras.push_back({one_line(each.name()), each.width_px(), each.height_px(), from_wire(each.state())});
+    }
     echo.recorded = from.recorded();
     echo.control = one_line(from.control());
     return NodeNews::Echo;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "base/time.h"
@@ -15,7 +16,7 @@ namespace mocap::wire {
 
 struct NodeLinkSettings {
   std::string endpoint;
-  std::string camera;  ///< its name on the node
+  std::string camera;  ///< its name on the node; empty: no images are wanted, only echoes that list the cameras
   ClientKeys keys = {};
 };
 
@@ -28,6 +29,7 @@ struct NodeEcho {
   std::string node;       ///< its name
   std::uint64_t session = 0;
   NodeCamera camera;
+  std::vector<NodeCamera> cameras;  ///< of the node, if the link names no camera
   bool recorded = false;
   std::string control;  ///< endpoint of the node's requests as it is bound; empty: none
 };
@@ -41,7 +43,7 @@ struct NodeImage {
 enum class NodeNews { Echo, Image, Refusal };
 
 /// The connection of a fusion host to one camera of a node. Connects again by itself, also after the node rejected its
-/// key. One thread owns it.
+/// key. One thread owns it. All connections of a process share the two threads of one ZeroMQ context.
 class NodeLink {
  public:
   /// Starts to connect; the node may start later. Fails with InvalidArgument (a malformed endpoint) and Io.

@@ -69,6 +69,10 @@ void declare_keys(KeyVisitor& keys, NodeSettings& node) {
   keys.flag("allow_remote", node.allow_remote, {.help = "as in [publish]"});
   keys.number("send_queue", node.send_queue, {2, 1000},
               {.help = "images of one camera that wait for a slow fusion host; further ones are lost and counted"});
+  keys.flag(
+      "announce", node.announce,
+      {.help = "tell the network name and port of this node by DNS-SD, for mocapctl nodes; needs avahi-daemon, and an "
+               "endpoint beyond loopback"});
 }
 
 std::vector<KeyFault> faults_of(const CurveSettings& curve) {

@@ -47,6 +47,7 @@ struct NodeSettings {
   bool allow_remote = false;
   CurveSettings curve = {};
   int send_queue = 32;
+  bool announce = true;  ///< by DNS-SD, if other machines can connect
 
   bool on() const { return !endpoint.empty(); }
 };

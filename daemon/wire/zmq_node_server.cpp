@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <random>
 #include <set>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "base/log.h"
 #include "mocap/v1/node.pb.h"
 #include "wire/codec/camera_blobs.h"
+#include "wire/discovery/node_announcement.h"
 #include "wire/listener.h"
 #include "wire/node_protocol.h"
 
@@ -64,6 +66,13 @@ struct ZmqNodeServer::Impl {
   v1::NodeCall call;
   v1::NodeMessage message;
   std::string bytes;
+  std::optional<NodeAnnouncement> announcement;
+
+  void announce() {
+    const std::uint16_t port = port_for_others(listener.endpoints());
+    if (!settings.node.announce || port == 0) return;
+    announcement.emplace(AnnouncedNode{name, port, settings.node.curve.on()});
+  }
 
   Timestamp node_time(Timestamp host) const { return settings.clock ? settings.clock(host) : host; }
 
@@ -111,6 +120,7 @@ struct ZmqNodeServer::Impl {
                                        "mocapd on both",
                                        name, kNodeProtocol, call.protocol()));
     }
+    if (call.camera().empty()) return list_cameras(route, received_at, cameras);
     const auto found = std::ranges::find(cameras, call.camera(), &NodeCamera::name);
     if (found == cameras.end()) {
       std::string names;
@@ -125,18 +135,40 @@ struct ZmqNodeServer::Impl {
                                        hosts.size()));
     }
     host->called_at = received_at;
+    v1::NodeEcho& echo = begin_echo(received_at);
+    echo.set_width_px(found->width_px);
+    echo.set_height_px(found->height_px);
+    echo.set_state(to_wire(found->state));
+    end_echo(route);
+  }
+
+  // The answer to somebody who wants no images.
+  void list_cameras(const std::string& route, Timestamp received_at, const std::vector<NodeCamera>& cameras) {
+    v1::NodeEcho& echo = begin_echo(received_at);
+    for (const NodeCamera& camera : cameras) {
+      v1::NodeEcho::Camera& to = *echo.add_cameras();
+      to.set_name(camera.name);
+      to.set_width_px(camera.width_px);
+      to.set_height_px(camera.height_px);
+      to.set_state(to_wire(camera.state));
+    }
+    end_echo(route);
+  }
+
+  v1::NodeEcho& begin_echo(Timestamp received_at) {
     v1::NodeEcho& echo = *message.mutable_echo();
     echo.Clear();
     echo.set_called_at_ns(call.called_at_ns());
     echo.set_received_at_ns(to_ns(node_time(received_at)));
     echo.set_node(name);
     echo.set_session(session);
-    echo.set_width_px(found->width_px);
-    echo.set_height_px(found->height_px);
-    echo.set_state(to_wire(found->state));
     echo.set_recorded(settings.recorded);
     echo.set_control(settings.control);
-    echo.set_sent_at_ns(to_ns(node_time(host_now())));
+    return echo;
+  }
+
+  void end_echo(const std::string& route) {
+    message.mutable_echo()->set_sent_at_ns(to_ns(node_time(host_now())));
     message.SerializeToString(&bytes);
     static_cast<void>(send_to(route));
   }
@@ -177,6 +209,7 @@ Result<std::unique_ptr<ZmqNodeServer>> ZmqNodeServer::open(const NodeServerSetti
   if (Status opened = impl->listener.open(ZMQ_ROUTER, settings.node.send_queue, listen); !opened) return opened.error();
   // A full queue and a host that has gone are errors of the send, not a silent loss.
   if (Status set = impl->listener.socket().set(ZMQ_ROUTER_MANDATORY, 1); !set) return set.error();
+  impl->announce();
   return std::unique_ptr<ZmqNodeServer>(new ZmqNodeServer(std::move(impl)));
 }
 

@@ -2,11 +2,14 @@
 
 MOCAP_NODE_KILLS=50 kills a node that many times instead of three times."""
 
+import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import unittest
+import urllib.parse
 
 from cable import THERE, other_network
 from harness import BIN, GIGE_OF_DEMO_RIG, SOURCE, Desk, free_port, until
@@ -201,6 +204,74 @@ class Strangers(Keys):
 
         self.assertNotIn("streaming", stranger.output())
         self.assertEqual(node.output().count("refused a client"), 1, node.output())
+
+
+BUS = """<busconfig>
+  <type>system</type>
+  <listen>unix:path={folder}/bus</listen>
+  <policy context="default">
+    <allow user="*"/><allow own="*"/><allow send_destination="*"/><allow receive_sender="*"/>
+  </policy>
+</busconfig>
+"""
+
+AVAHI = """[server]
+use-ipv6=no
+[publish]
+publish-workstation=no
+"""
+
+
+class Announced(Keys):
+    """Nodes that announce themselves by a real Avahi, on a message bus of the test."""
+
+    def setUp(self):
+        super().setUp()
+        for program in ("dbus-daemon", "avahi-daemon"):
+            if shutil.which(program, path="/usr/sbin:/usr/bin") is None:
+                self.skipTest(f"no {program} here; install avahi-daemon")
+        bus = self.desk.write("bus.conf", BUS.format(folder=self.desk.folder))
+        kept = os.environ.copy()
+        self.addCleanup(os.environ.update, kept)
+        os.environ["DBUS_SYSTEM_BUS_ADDRESS"] = f"unix:path={self.desk.folder}/bus"
+        self.addCleanup(os.environ.pop, "DBUS_SYSTEM_BUS_ADDRESS", None)
+        self.desk.start("/usr/bin/dbus-daemon", f"--config-file={bus}", "--nofork")
+        until(lambda: (self.desk.folder / "bus").exists(), "a message bus")
+
+    def start_avahi(self):
+        configuration = self.desk.write("avahi.conf", AVAHI)
+        return self.desk.start("/usr/sbin/avahi-daemon", "-f", configuration, "--no-drop-root", "--no-chroot", "--no-rlimits")
+
+    def nodes(self, *arguments):
+        asked = self.desk.run("mocapctl", "nodes", "--json", *arguments)
+        return asked.returncode, json.loads(asked.stdout)
+
+    def test_nodes_are_listed_with_their_cameras_whether_they_announce_themselves_or_not(self):
+        silent, alone = self.node["right"], self.desk.run("mocapctl", "nodes")
+        self.assertIn("Avahi does not run here", alone.stdout)
+        for name, more in (("open", self.rig()), ("locked", self.rig() + self.keys("fusion"))):
+            self.node[name] = f"tcp://0.0.0.0:{free_port()}"
+            text = NODE.format(node=self.node[name], name=name, feed=endpoint(), more=more)
+            text = text.replace(f'name = "{name}"', f'name = "{name}"\nallow_remote = true')
+            self.desk.start("mocapd", "--config", self.desk.write(f"{name}.toml", text + self.cameras(SYNTHETIC, "left")))
+        self.start_avahi()
+        found = {}
+
+        def both_are_found():
+            found.update({urllib.parse.urlsplit(each["endpoint"]).port: each for each in self.nodes()[1]})
+            return len(found) == 2
+
+        until(both_are_found, "two announced nodes")
+        free, locked = (found[int(self.node[name].rsplit(":", 1)[1])] for name in ("open", "locked"))
+        self.assertTrue(free["announced"] and free["answers"], free)
+        self.assertEqual((free["name"], [each["name"] for each in free["cameras"]]), ("open", ["cam1", "cam2"]))
+        self.assertFalse(locked["answers"], locked)
+        self.assertIn("give server_key and secret_key", locked["fault"])
+
+        code, listed = self.nodes("--config", self.desk.write("host.toml", self.host_config()))
+        self.assertEqual(code, 69, listed)
+        fault = next(each["fault"] for each in listed if each["endpoint"] == silent)
+        self.assertIn(f"nothing listens at {silent}", fault)
 
 
 class Kills(Keys):

@@ -6,6 +6,8 @@
 #include <zmq.h>
 
 #include <atomic>
+#include <filesystem>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -353,6 +355,43 @@ TEST(NodeServer, LosesNoImageOfARecording) {
     refused = next && *next == NodeNews::Refusal;
   }
   EXPECT_TRUE(refused);
+}
+
+TEST(NodeLink, ListsTheCamerasWithoutTheirImages) {
+  const RunningNode node;
+  const auto link = link_to(node.endpoint(), "");
+  ASSERT_TRUE(wait_for(*link, NodeNews::Echo));
+  const NodeEcho& echo = link->echo();
+  EXPECT_EQ(echo.node, "left");
+  ASSERT_EQ(echo.cameras.size(), 2U);
+  EXPECT_EQ(echo.cameras[0].name, "north");
+  EXPECT_EQ(echo.cameras[0].width_px, 640U);
+  EXPECT_EQ(echo.cameras[0].state, NodeCameraState::Delivering);
+  EXPECT_EQ(echo.cameras[1].name, "south");
+  EXPECT_EQ(echo.cameras[1].state, NodeCameraState::NotYet);
+  // All news after further calls are echoes.
+  for (int i = 0; i < 20; ++i) {
+    link->call();
+    const auto news = link->next(kLong);
+    ASSERT_TRUE(news);
+    EXPECT_EQ(*news, NodeNews::Echo);
+  }
+}
+
+TEST(NodeLink, SharesItsThreadsWithTheOtherLinks) {
+  const RunningNode node;
+  const auto first = link_to(node.endpoint());
+  ASSERT_TRUE(wait_for(*first, NodeNews::Echo));
+  const auto threads = [] {
+    const std::filesystem::directory_iterator tasks("/proc/self/task");
+    return std::distance(begin(tasks), end(tasks));
+  };
+  const auto before = threads();
+  const auto second = link_to(node.endpoint(), "south");
+  const auto third = link_to(node.endpoint(), "");
+  ASSERT_TRUE(wait_for(*second, NodeNews::Echo));
+  ASSERT_TRUE(wait_for(*third, NodeNews::Echo));
+  EXPECT_EQ(threads(), before);
 }
 
 }  // namespace node_link_test

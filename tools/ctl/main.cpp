@@ -6,6 +6,7 @@
 #include "base/exit_codes.h"
 #include "ctl/bridge_command.h"
 #include "ctl/camera/cameras_command.h"
+#include "ctl/camera/nodes_command.h"
 #include "ctl/config_command.h"
 #include "ctl/doctor_command.h"
 #include "ctl/keys_command.h"
@@ -38,6 +39,8 @@ constexpr const char* kExamples = R"(examples:
       its features, their values and ranges; what features = { ... } may name
   mocapctl cameras shot north-east --config mocapd.toml --out north-east.png
       one image with its blobs drawn in (mocapd must not have the camera)
+  mocapctl nodes
+      the camera nodes that announce themselves, and whether they answer
   mocapctl doctor --config mocapd.toml
       what this machine lacks for these cameras, and the commands that mend it
   mocapctl preflight
@@ -81,6 +84,7 @@ int main(int argc, char** argv) {
   ctl::add_subject_command(app, options);
   std::function<int()> chosen;
   ctl::add_cameras_command(app, chosen);
+  ctl::add_nodes_command(app, chosen);
   ctl::add_bridge_command(app, chosen);
   ctl::add_doctor_command(app, chosen);
   ctl::add_preflight_command(app, chosen);
