@@ -1,9 +1,9 @@
 #include "wire/client_link.h"
 
-#include <fmt/format.h>
 #include <zmq.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
 namespace mocap::wire {
@@ -42,7 +42,8 @@ void ClientLink::watch(void* context, void* socket, bool has_keys) {
   has_keys_ = has_keys;
   handshake_running_ = failed_since_watch_ = false;
   // The previous monitor and those of other links in the context may still exist: each has its own address.
-  const std::string address = fmt::format("inproc://monitor-{}-{}", static_cast<const void*>(this), ++watches_);
+  const std::string address =
+      "inproc://monitor-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)) + "-" + std::to_string(++watches_);
   if (zmq_socket_monitor(socket, address.c_str(), kEvents) != 0) return;
   watched_ = socket;
   monitor_ = zmq_socket(context, ZMQ_PAIR);

@@ -35,7 +35,9 @@ class Node {
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         server_->serve({{"north", 640, 480, NodeCameraState::Delivering}}, std::chrono::milliseconds(1));
-        if (server_->send(BlobFrame{}) != NodeSend::NoHost) ++images_;
+        BlobFrame image;
+        image.camera = CameraId{0};
+        if (server_->send(image) != NodeSend::NoHost) ++images_;
       }
     });
   }

@@ -10,7 +10,9 @@
 
 #include "base/exit_codes.h"
 #include "eval/benchmark_report.h"
+#include "eval/benchmark_words.h"
 #include "eval/command.h"
+#include "eval/skeleton_benchmark.h"
 #include "lib/benchmark/label_run.h"
 #include "lib/cli/app.h"
 #include "lib/cli/commands.h"
@@ -45,7 +47,7 @@ examples:
 struct BenchmarkLabelsOptions {
   std::vector<std::string> takes;
   std::string static_trial, marker_set;
-  std::string noise = fmt::format("{}", fmt::join(benchmark::kNoiseNames, ","));
+  std::string noise = "none,soma,hidden5,cuts50,studio,uniform10,uniform30";
   std::string modes = "given,calibrated,cold";
   std::uint64_t first_seed = 1;
   int seeds = 1;
@@ -58,29 +60,11 @@ int fail_benchmark(const Error& error) {
   return error.code == ErrorCode::InvalidArgument ? kExitData : kExitNoInput;
 }
 
-std::vector<std::string> words_of(const std::string& list) {
-  std::vector<std::string> words(1);
-  for (const char c : list) {
-    if (c == ',') {
-      words.emplace_back();
-    } else {
-      words.back().push_back(c);
-    }
-  }
-  return words;
-}
-
 Result<BenchmarkCase> case_of(const std::string& mode_name, const std::string& noise_name) {
   const auto mode = benchmark::mode_named(mode_name);
-  if (!mode) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("--modes: '{}', expected {}", mode_name, fmt::join(benchmark::kModeNames, ", "))};
-  }
+  if (!mode) return unknown_word("--modes", mode_name, benchmark::kModeNames);
   const auto noise = benchmark::noise_named(noise_name);
-  if (!noise) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("--noise: '{}', expected {}", noise_name, fmt::join(benchmark::kNoiseNames, ", "))};
-  }
+  if (!noise) return unknown_word("--noise", noise_name, benchmark::kNoiseNames);
   return BenchmarkCase{"", *mode, noise_name, 0, {}, {}};
 }
 
@@ -181,10 +165,12 @@ int run_benchmark_labels(int argc, const char* const* argv) {
 
 int run_benchmark(int argc, const char* const* argv) {
   static constexpr cli::Command kCommands[] = {
-      {"labels", "labels of recordings with true labels, with noise", run_benchmark_labels}};
+      {"labels", "labels of recordings with true labels, with noise", run_benchmark_labels},
+      {"skeleton", "joints and rotations of simulated people, with noise", run_benchmark_skeleton}};
   static constexpr cli::Program kProgram{"mocap-eval benchmark",
                                          "figures that others can check, on recordings with truth", kCommands,
-                                         "examples:\n  mocap-eval benchmark labels walk.c3d --noise soma\n"};
+                                         "examples:\n  mocap-eval benchmark labels walk.c3d --noise soma\n"
+                                         "  mocap-eval benchmark skeleton walk.bvh --soft-tissue 8\n"};
   return cli::run_command(kProgram, argc, argv);
 }
 

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 #include "lib/benchmark/point_pipeline.h"
+#include "lib/benchmark/thread_time.h"
 #include "scene/ring_rig.h"
 
 namespace mocap::benchmark {
@@ -16,14 +16,7 @@ constexpr double kTPose_s = 1.0;
 constexpr double kAway_s = 0.5;
 constexpr Timestamp kBegin = from_ns(1'000'000'000);
 
-// CPU time of this thread, s.
-double thread_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-Result<Subject> subject_of(const LabelledClip& clip, const LabelCase& wanted) {
+Result<Subject> label_subject_of(const LabelledClip& clip, const LabelCase& wanted) {
   Subject subject{"benchmark", clip.marker_set, false};
   if (wanted.mode == BodyKnown::Cold || wanted.mode == BodyKnown::Calibrated) return subject;
   const bool from_static = wanted.mode == BodyKnown::Static;
@@ -89,7 +82,7 @@ std::optional<BodyKnown> mode_named(std::string_view name) {
 std::string_view text_of(BodyKnown mode) { return kModeNames[static_cast<std::size_t>(mode)]; }
 
 Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
-  const auto subject = subject_of(clip, wanted);
+  const auto subject = label_subject_of(clip, wanted);
   if (!subject) return subject.error();
   const auto prelude = prelude_of(clip, wanted.mode);
   if (!prelude) return prelude.error();

@@ -16,10 +16,11 @@ using scene::Random;
 
 constexpr double kGhostPresent = 8.0 / 9.0 * 8.0 / 9.0 * 8.0 / 9.0;
 constexpr double kUniformGap_s = 0.5;
+constexpr double kSolverSigma = 0.1, kMostOfAFrame = 0.2, kSolverShift_m = 0.3;
 constexpr double kStudioHidden = 0.0065;  // mean of the observed 0.5 to 0.8 %
 
 // Each kind of noise has random numbers of its own, so that one kind does not change with the settings of another.
-enum class Stream : std::uint64_t { Hidden = 1, Ghosts, Cuts, Gaps, Order };
+enum class Stream : std::uint64_t { Hidden = 1, Ghosts, Cuts, Gaps, Order, Frames };
 
 Random random_of(Stream stream, std::uint64_t seed) {
   return Random(scene::mixed(seed) + static_cast<std::uint64_t>(stream));
@@ -101,6 +102,24 @@ void add_others(const LabelledClip& clip, std::size_t frame, NoisyFrame& into) {
   }
 }
 
+// Hides points of markers, and makes ghosts of others far from their markers.
+void hide_and_shift(double sigma, Random& random, NoisyFrame& frame) {
+  const double share = std::min(std::abs(sigma * random.normal()), kMostOfAFrame);
+  std::vector<NoisyPoint> kept;
+  for (NoisyPoint point : frame.points) {
+    const double chance = random.uniform();
+    if (chance < share) continue;
+    if (chance < 2.0 * share) {
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        point.position_m[axis] += kSolverShift_m * (2.0 * random.uniform() - 1.0);
+      }
+      point.marker = NoisyPoint::kNobodys;
+    }
+    kept.push_back(point);
+  }
+  frame.points = std::move(kept);
+}
+
 struct Spread {
   Vector3d median = Vector3d::Zero(), deviation = Vector3d::Zero();
 };
@@ -172,7 +191,8 @@ std::optional<PointNoise> noise_named(std::string_view name) {
   if (name == "studio") noise.studio_share = kStudioHidden;
   if (name == "uniform10") noise.uniform_share = 0.1;
   if (name == "uniform30") noise.uniform_share = 0.3;
-  if (noise.studio_share == 0.0 && noise.uniform_share == 0.0) return std::nullopt;
+  if (name == "solver") noise.frame_sigma = kSolverSigma;
+  if (noise.studio_share == 0.0 && noise.uniform_share == 0.0 && noise.frame_sigma == 0.0) return std::nullopt;
   return noise;
 }
 
@@ -199,10 +219,11 @@ std::vector<NoisyFrame> add_noise(const LabelledClip& clip, const PointNoise& no
   }
   visibility.hide_in_each_frame(noise.hidden_min, noise.hidden_max, random_of(Stream::Hidden, seed));
 
-  Random ghosts = random_of(Stream::Ghosts, seed);
+  Random ghosts = random_of(Stream::Ghosts, seed), shares = random_of(Stream::Frames, seed);
   std::vector<NoisyFrame> frames(clip.frames());
   for (std::size_t frame = 0; frame < frames.size(); ++frame) {
     add_markers(clip, visibility, frame, frames[frame]);
+    if (noise.frame_sigma > 0.0) hide_and_shift(noise.frame_sigma, shares, frames[frame]);
     add_others(clip, frame, frames[frame]);
     add_ghosts(noise.ghost_channels, ghosts, frames[frame]);
   }

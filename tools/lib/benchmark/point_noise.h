@@ -14,7 +14,8 @@ namespace mocap::benchmark {
 ///
 /// Hidden markers, ghosts, cuts and shuffled points follow the description of SOMA's training and test noise (Ghorbani
 /// and Black, "SOMA: Solving Optical Marker-Based MoCap Automatically", ICCV 2021); the probability of a ghost was
-/// compared with its public code.
+/// compared with its public code. The share of each frame follows MoCap-Solver (Chen et al., "MoCap-Solver: A Neural
+/// Solver for Optical Motion Capture Data", SIGGRAPH 2021).
 struct PointNoise {
   int hidden_min = 0, hidden_max = 0;  ///< markers hidden in each frame, independent of other frames; uniform
   int ghost_channels = 0;  ///< each is present with probability (8/9)^3, at a normal position with the median and the
@@ -22,13 +23,16 @@ struct PointNoise {
   int cuts = 0;            ///< tracks that end, in random frames, where another track of the same marker begins
   double studio_share = 0.0;   ///< share of the samples that is hidden in rare and long gaps (see studio_gap_frames)
   double uniform_share = 0.0;  ///< share of the samples that is hidden in gaps of 0.5 s
+  double frame_sigma = 0.0;  ///< in each frame a share p of the markers is hidden and another p is shifted, where p is
+                             ///< min(|N(0, frame_sigma)|, 0.2); a shift is uniform within 0.3 m, each axis, and makes
+                             ///< the point a ghost
 };
 
 /// Noise by name: none, soma (0 to 4 hidden, ghosts), hidden5 (exactly 5 hidden, ghosts), cuts50 (soma, 50 cuts),
-/// studio, uniform10, uniform30.
+/// studio, uniform10, uniform30, solver (frame_sigma 0.1).
 std::optional<PointNoise> noise_named(std::string_view name);
-inline constexpr std::string_view kNoiseNames[] = {"none",   "soma",      "hidden5",  "cuts50",
-                                                   "studio", "uniform10", "uniform30"};
+inline constexpr std::string_view kNoiseNames[] = {"none",   "soma",      "hidden5",   "cuts50",
+                                                   "studio", "uniform10", "uniform30", "solver"};
 
 struct NoisyPoint {
   static constexpr int kNobodys = -1;

@@ -35,31 +35,6 @@ Result<std::string> read_whole(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-// The true body of the actor: the marker set with scaled bones and with random errors of the marker offsets.
-MarkerSet true_marker_set(MarkerSet set, const SceneActor& actor, scene::Random random) {
-  for (Bone& bone : set.skeleton.bones) bone.rest_offset_m *= actor.size;
-  for (MarkerOnBone& marker : set.markers) {
-    marker.offset_m *= actor.size;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      marker.offset_m[axis] += 1e-3 * actor.marker_error_mm * random.normal();
-    }
-  }
-  return set;
-}
-
-Result<std::unique_ptr<scene::Actor>> bvh_actor(const fs::path& file, const MarkerSet& body, const SceneActor& wanted) {
-  const auto text = read_whole(file);
-  if (!text) return text.error();
-  auto bvh = scene::parse_bvh(*text);
-  if (!bvh) return in_file(file, bvh.error());
-  auto actor = scene::make_bvh_actor(std::move(*bvh), body,
-                                     {.unit_m = 0.0,
-                                      .t_pose_s = wanted.t_pose_s,
-                                      .arms_lowered_rad = wanted.arms_lowered_deg * std::numbers::pi / 180.0});
-  if (!actor) return in_file(file, actor.error());
-  return actor;
-}
-
 Result<scene::C3d> read_c3d(const fs::path& file) {
   const auto bytes = read_whole(file);
   if (!bytes) return bytes.error();
@@ -104,20 +79,17 @@ Result<Performer> make_performer(const SceneFile& scene, const SceneActor& wante
   const std::string extension = fs::path(motion).extension().string();
   Result<MarkerSet> given = settings::load_marker_set(wanted.marker_set);
   if (!given) return given.error();
-  const MarkerSet body = true_marker_set(*given, wanted, random);
+  const MarkerSet body = true_body(*given, wanted.size, wanted.marker_error_mm, random);
 
-  std::unique_ptr<scene::Actor> actor;
+  std::string found = motion;
   if (extension == ".bvh" || extension == ".c3d") {
     const auto file = find_motion(scene, motion);
     if (!file) return file.error();
-    auto made = extension == ".bvh" ? bvh_actor(*file, body, wanted) : c3d_actor(*file);
-    if (!made) return made.error();
-    actor = std::move(*made);
-  } else {
-    auto program = scene::parse_program(motion);
-    if (!program) return program.error();
-    actor = scene::make_procedural_actor(body, std::move(*program));
+    found = file->string();
   }
+  auto made = extension == ".c3d" ? c3d_actor(found) : make_body_actor(found, body, wanted);
+  if (!made) return made.error();
+  std::unique_ptr<scene::Actor> actor = std::move(*made);
   Performer performer;
   performer.subject = {wanted.name, wanted.stored ? body : std::move(*given), wanted.stored};
   if (!wanted.fit.empty()) {
@@ -137,6 +109,34 @@ Result<Performer> make_performer(const SceneFile& scene, const SceneActor& wante
 }
 
 }  // namespace
+
+MarkerSet true_body(MarkerSet set, double size, double marker_error_mm, scene::Random random) {
+  for (Bone& bone : set.skeleton.bones) bone.rest_offset_m *= size;
+  for (MarkerOnBone& marker : set.markers) {
+    marker.offset_m *= size;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) marker.offset_m[axis] += 1e-3 * marker_error_mm * random.normal();
+  }
+  return set;
+}
+
+Result<std::unique_ptr<scene::Actor>> make_body_actor(const std::string& motion, const MarkerSet& body,
+                                                      const SceneActor& wanted) {
+  if (!motion.ends_with(".bvh")) {
+    auto program = scene::parse_program(motion);
+    if (!program) return program.error();
+    return scene::make_procedural_actor(body, std::move(*program));
+  }
+  const auto text = read_whole(motion);
+  if (!text) return text.error();
+  auto bvh = scene::parse_bvh(*text);
+  if (!bvh) return in_file(motion, bvh.error());
+  auto actor = scene::make_bvh_actor(std::move(*bvh), body,
+                                     {.unit_m = 0.0,
+                                      .t_pose_s = wanted.t_pose_s,
+                                      .arms_lowered_rad = wanted.arms_lowered_deg * std::numbers::pi / 180.0});
+  if (!actor) return in_file(motion, actor.error());
+  return actor;
+}
 
 Result<std::vector<Performer>> make_performers(const SceneFile& scene, const std::string& clip, std::uint64_t seed) {
   std::vector<Performer> performers;
