@@ -52,7 +52,7 @@ struct BenchmarkSkeletonOptions {
   std::string modes = fmt::format("{}", fmt::join(benchmark::kSkeletonModes, ","));
   benchmark::PosedClipSettings clip;
   int seeds = 1;
-  bool json = false;
+  bool json = false, bones = false;
 };
 
 struct SkeletonCase {
@@ -72,8 +72,20 @@ std::string skeleton_line(const SkeletonCase& one) {
                      one.noise, one.seed, f.joint_cm, f.joint_p99_cm, f.rotation_deg, f.posed_share, f.ms_per_frame);
 }
 
+std::string bone_lines(const SkeletonCase& one) {
+  std::string text;
+  for (const benchmark::BoneFigures& bone : one.figures.bones) {
+    text += fmt::format("  {:<43} {:>9.2f} {:>19.2f}\n", bone.bone, bone.joint_cm, bone.rotation_deg);
+  }
+  return text;
+}
+
 nlohmann::ordered_json json_of(const SkeletonCase& one) {
   const benchmark::SkeletonFigures& f = one.figures;
+  nlohmann::ordered_json bones = nlohmann::ordered_json::object();
+  for (const benchmark::BoneFigures& bone : f.bones) {
+    bones[bone.bone] = {{"joint_cm", bone.joint_cm}, {"rotation_deg", bone.rotation_deg}};
+  }
   return {{"clip", one.clip},
           {"mode", one.mode},
           {"noise", one.noise},
@@ -83,7 +95,8 @@ nlohmann::ordered_json json_of(const SkeletonCase& one) {
           {"joint_p99_cm", f.joint_p99_cm},
           {"rotation_deg", f.rotation_deg},
           {"posed_share", f.posed_share},
-          {"ms_per_frame", f.ms_per_frame}};
+          {"ms_per_frame", f.ms_per_frame},
+          {"bones", bones}};
 }
 
 // The words of both lists, as they were given, if all of them are known.
@@ -120,7 +133,7 @@ Status run_motion(const std::string& motion, const fs::path& marker_set, const B
                                                    *benchmark::noise_named(one.noise), one.seed);
       if (!figures) return figures.error();
       one.figures = *figures;
-      if (!options.json) fmt::print("{}", skeleton_line(one));
+      if (!options.json) fmt::print("{}{}", skeleton_line(one), options.bones ? bone_lines(one) : "");
       std::fflush(stdout);
       results.push_back(std::move(one));
     }
@@ -162,6 +175,7 @@ int run_benchmark_skeleton(int argc, const char* const* argv) {
       ->check(cli::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--first-seed", options.clip.seed)->capture_default_str();
+  app.add_flag("--bones", options.bones, "also the figures of each bone");
   app.add_flag("--json", options.json, "print one JSON object");
   app.footer(kBenchmarkSkeletonExamples);
   if (const auto exit = app.parse(argc, argv)) return *exit;

@@ -42,36 +42,49 @@ double degrees_between(const Eigen::Quaterniond& one, const Eigen::Quaterniond& 
 }
 
 // Errors of all joints so far.
-struct Errors {
-  std::vector<double> joints_cm;
-  double rotations_deg = 0.0;
-  std::uint64_t rotations = 0, posed = 0;
+class Errors {
+ public:
+  explicit Errors(const Skeleton& skeleton) : counts_(skeleton.bones.size()) {
+    for (const Bone& bone : skeleton.bones) bones_.push_back({bone.name});
+  }
 
   void add(const SubjectPose& pose, const Pose* truth) {
-    ++posed;
+    ++posed_;
     for (std::size_t b = 0; b < pose.bones.size(); ++b) {
       const BonePose& bone = pose.bones[b];
       if (bone.state == BoneState::Lost) continue;
-      joints_cm.push_back(100.0 * (bone.world_from_bone.position - truth[b].position).norm());
-      rotations_deg += degrees_between(bone.world_from_bone.rotation, truth[b].rotation);
-      ++rotations;
+      const double joint_cm = 100.0 * (bone.world_from_bone.position - truth[b].position).norm();
+      joints_cm_.push_back(joint_cm);
+      bones_[b].joint_cm += joint_cm;
+      bones_[b].rotation_deg += degrees_between(bone.world_from_bone.rotation, truth[b].rotation);
+      ++counts_[b];
     }
   }
 
   SkeletonFigures figures(std::uint64_t frames) {
     SkeletonFigures figures;
     figures.frames = frames;
-    if (joints_cm.empty()) return figures;
-    figures.posed_share = static_cast<double>(posed) / static_cast<double>(frames);
-    double sum_cm = 0.0;
-    for (const double each : joints_cm) sum_cm += each;
-    figures.joint_cm = sum_cm / static_cast<double>(joints_cm.size());
-    figures.rotation_deg = rotations_deg / static_cast<double>(rotations);
-    const auto high = joints_cm.begin() + static_cast<std::ptrdiff_t>(joints_cm.size() * 99 / 100);
-    std::ranges::nth_element(joints_cm, high);
+    if (joints_cm_.empty()) return figures;
+    const auto joints = static_cast<double>(joints_cm_.size());
+    figures.posed_share = static_cast<double>(posed_) / static_cast<double>(frames);
+    for (std::size_t b = 0; b < bones_.size(); ++b) {
+      figures.joint_cm += bones_[b].joint_cm / joints;
+      figures.rotation_deg += bones_[b].rotation_deg / joints;
+      bones_[b].joint_cm /= std::max(1.0, counts_[b]);
+      bones_[b].rotation_deg /= std::max(1.0, counts_[b]);
+    }
+    figures.bones = bones_;
+    const auto high = joints_cm_.begin() + static_cast<std::ptrdiff_t>(joints_cm_.size() * 99 / 100);
+    std::ranges::nth_element(joints_cm_, high);
     figures.joint_p99_cm = *high;
     return figures;
   }
+
+ private:
+  std::vector<double> joints_cm_;
+  std::vector<BoneFigures> bones_;  // sums
+  std::vector<double> counts_;
+  std::uint64_t posed_ = 0;
 };
 
 }  // namespace
@@ -95,7 +108,7 @@ Result<SkeletonFigures> run_skeleton(const PosedClip& posed, SkeletonKnown mode,
   settings.nominal_rate_hz = clip.rate_hz;
   settings.rig = scene::ring_rig({});  // required, but no camera takes part
   PointPipeline pipeline(settings);
-  Errors errors;
+  Errors errors(posed.body.skeleton);
   double spent_s = 0.0;
   for (std::size_t i = 0; i < clip.frames(); ++i) {
     const double begun_s = thread_s();

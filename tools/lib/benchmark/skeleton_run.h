@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "lib/benchmark/point_noise.h"
@@ -22,14 +24,22 @@ enum class SkeletonKnown {
 inline constexpr std::string_view kSkeletonModes[] = {"given", "first5", "all", "live"};
 std::optional<SkeletonKnown> skeleton_mode_named(std::string_view name);
 
+/// Mean errors of one bone.
+struct BoneFigures {
+  std::string bone;
+  double joint_cm = 0.0;
+  double rotation_deg = 0.0;
+};
+
 /// Errors of the joints and bones, over all frames after the beginning of the clip in which the daemon has a pose.
 struct SkeletonFigures {
-  std::uint64_t frames = 0;   ///< scored frames
-  double posed_share = 0.0;   ///< of these, with a pose
-  double joint_cm = 0.0;      ///< mean distance of a joint from its true position
-  double joint_p99_cm = 0.0;  ///< 99th percentile of these distances
-  double rotation_deg = 0.0;  ///< mean angle between a bone's rotation in the world and the true one
-  double ms_per_frame = 0.0;  ///< CPU time of the daemon's steps in this thread, mean
+  std::uint64_t frames = 0;        ///< scored frames
+  double posed_share = 0.0;        ///< of these, with a pose
+  double joint_cm = 0.0;           ///< mean distance of a joint from its true position
+  double joint_p99_cm = 0.0;       ///< 99th percentile of these distances
+  double rotation_deg = 0.0;       ///< mean angle between a bone's rotation in the world and the true one
+  std::vector<BoneFigures> bones;  ///< in the order of the skeleton; empty without a pose
+  double ms_per_frame = 0.0;       ///< CPU time of the daemon's steps in this thread, mean
 };
 
 /// Tracks, labels and solves a clip with noise, live. The points have no labels: other benchmarks of solvers give the
