@@ -45,10 +45,12 @@ void InstantEquations::couple() {
   }
   for (std::size_t m = 0; m < places_.size(); ++m) {
     const auto own = static_cast<std::size_t>(bone_of_[m]);
+    const CommonMotion& common = common_[own];
     const Eigen::Matrix3d rotation = weights_[m] * world_[own].rotation.toRotationMatrix();
-    put(0, columns_.marker[m], rotation);
+    put(0, columns_.marker[m], (1.0 - common.share) * rotation);
     for (int d = bone_of_[m]; d >= 0; d = bones_[static_cast<std::size_t>(d)].parent) {
-      const Eigen::Vector3d lever = places_[m] - world_[static_cast<std::size_t>(d)].position;
+      const Eigen::Vector3d joint_m = joint(static_cast<std::size_t>(d));
+      const Eigen::Vector3d lever = places_[m] - world_[0].position - joint_m - common.share * (common.at - joint_m);
       put(static_cast<std::size_t>(d) + 1, columns_.marker[m], cross_matrix(lever) * rotation);
     }
   }
@@ -147,10 +149,17 @@ void InstantEquations::add_direct_terms(std::span<double> matrix, std::span<doub
     if (weights_[m] == 0.0) continue;
     const auto own = static_cast<std::size_t>(bone_of_[m]);
     const Eigen::Matrix3d rotation = world_[own].rotation.toRotationMatrix();
-    add_gradient(columns_.marker[m], weights_[m] * (rotation.transpose() * off_[m]));
+    const CommonMotion& common = common_[own];
+    add_gradient(columns_.marker[m], weights_[m] * (rotation.transpose() * (off_[m] - common.displacement)));
     add(columns_.marker[m], columns_.marker[m], weights_[m] * Eigen::Matrix3d::Identity());
+    for (std::size_t n = 0; n <= m; ++n) {
+      if (bone_of_[n] != bone_of_[m] || weights_[n] == 0.0) continue;
+      const double shared = weights_[m] * weights_[n] / common.weight * common.share;
+      add(columns_.marker[m], columns_.marker[n], -shared * Eigen::Matrix3d::Identity());
+    }
     for (std::size_t e = own; bones_[e].parent >= 0; e = static_cast<std::size_t>(bones_[e].parent)) {
-      add(columns_.marker[m], columns_.bone[e], weights_[m] * rotation.transpose() * parent_rotation(e));
+      add(columns_.marker[m], columns_.bone[e],
+          (1.0 - common.share) * weights_[m] * rotation.transpose() * parent_rotation(e));
     }
   }
 }

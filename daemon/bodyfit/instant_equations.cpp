@@ -18,6 +18,8 @@ using kinematics::squared;
 
 constexpr double kSmallStep = 1e-6;  // m, rad: below this step a pose has converged; 1/50 of kConvergedOffset_m
 
+constexpr int kMaxCommonPasses = 8;  // the residuals of inliers need two or three
+
 AngleRange range_of(const Bone& bone, int axis) {
   return bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
 }
@@ -74,6 +76,7 @@ InstantEquations::InstantEquations(const MarkerSet& set) : bones_(set.skeleton.b
   world_.resize(bones_.size());
   previous_locals_.resize(bones_.size());
   moments_.resize(bones_.size());
+  common_.resize(bones_.size());
   places_.resize(bone_of_.size());
   weights_.resize(bone_of_.size());
   off_.resize(bone_of_.size());
@@ -119,33 +122,82 @@ void InstantEquations::pose(const BodyInstant& instant, const BodyOffsets& offse
   }
 }
 
+// Positions and residuals of the measured markers.
+void InstantEquations::place_markers(const BodyInstant& instant, const BodyOffsets& offsets) {
+  for (std::size_t m = 0; m < places_.size(); ++m) {
+    places_[m] = world_[static_cast<std::size_t>(bone_of_[m])] * offsets.markers_m[m];
+    const bool measured = instant.seen_m[m].allFinite() && instant.trust[m] > 0.0;
+    off_[m] = measured ? Eigen::Vector3d(places_[m] - instant.seen_m[m]) : Eigen::Vector3d::Zero();
+    weights_[m] = measured ? marker_scale_ * instant.trust[m] : 0.0;
+  }
+}
+
+// The displacement that the markers of each bone have in common, and the weights of the markers about it: the minimum
+// of the robust cost, by iteratively reweighted least squares.
+void InstantEquations::estimate_common_motion(const BodyInstant& instant, const InstantCost& by) {
+  const double c = squared(by.outlier_m);
+  const double prior = marker_scale_ / by.common_share;
+  for (CommonMotion& common : common_) common = {};
+  double change_m2 = 0.0;
+  for (int pass = 0; pass < kMaxCommonPasses && (pass == 0 || change_m2 > squared(kSmallStep)); ++pass) {
+    for (CommonMotion& common : common_) common.weight = 0.0, common.force.setZero();
+    for (std::size_t m = 0; m < places_.size(); ++m) {
+      if (weights_[m] == 0.0) continue;
+      CommonMotion& common = common_[static_cast<std::size_t>(bone_of_[m])];
+      const double s = (off_[m] - common.displacement).squaredNorm();
+      weights_[m] = marker_scale_ * instant.trust[m] * squared(c / (c + s));  // Geman and McClure
+      common.weight += weights_[m];
+      common.force += weights_[m] * off_[m];
+    }
+    change_m2 = 0.0;
+    for (CommonMotion& common : common_) {
+      const Eigen::Vector3d before = common.displacement;
+      common.displacement = common.force / (common.weight + prior);
+      common.share = common.weight / (common.weight + prior);
+      change_m2 = std::max(change_m2, (common.displacement - before).squaredNorm());
+    }
+  }
+}
+
+// Markers of a bone share a displacement with zero mean and variance s^2. With total weight W and mean position x of
+// the bone's markers, marginalising over it subtracts from all sums what a marker of weight W^2 / (W + 1/s^2) at x with
+// the mean residual would add.
 InstantEquations::PoseCost InstantEquations::accumulate_markers(const BodyInstant& instant, const BodyOffsets& offsets,
                                                                 const InstantCost& by) {
-  PoseCost pose_cost;
   marker_scale_ = 1.0 / squared(by.sigma_m);
+  place_markers(instant, offsets);
+  estimate_common_motion(instant, by);
+  PoseCost pose_cost;
   const double c = squared(by.outlier_m);
   for (Moments& moments : moments_) moments = {};
+  for (CommonMotion& common : common_) {
+    common.at.setZero();
+    pose_cost.data_m2 += common.displacement.squaredNorm() / by.common_share;
+  }
   for (std::size_t m = 0; m < places_.size(); ++m) {
+    if (weights_[m] == 0.0) continue;
     const auto bone = static_cast<std::size_t>(bone_of_[m]);
-    places_[m] = world_[bone] * offsets.markers_m[m];
-    weights_[m] = 0.0;
-    off_[m].setZero();
-    if (!instant.seen_m[m].allFinite() || !(instant.trust[m] > 0.0)) continue;
-    off_[m] = places_[m] - instant.seen_m[m];
-    const double s = off_[m].squaredNorm();
-    pose_cost.data_m2 += instant.trust[m] * s * c / (c + s);  // Geman and McClure
-    const double weight = instant.trust[m] * squared(c / (c + s));
-    pose_cost.weight += weight;
-    weights_[m] = marker_scale_ * weight;
+    CommonMotion& common = common_[bone];
+    const Eigen::Vector3d off = off_[m] - common.displacement;
+    const double s = off.squaredNorm();
+    pose_cost.data_m2 += instant.trust[m] * s * c / (c + s);
+    pose_cost.weight += weights_[m] / marker_scale_;
     Moments& moments = moments_[bone];
     const Eigen::Vector3d at = places_[m] - world_[0].position;
+    common.at += weights_[m] / common.weight * at;
     moments.weight += weights_[m];
     moments.first += weights_[m] * at;
     moments.second += weights_[m] * at * at.transpose();
-    moments.force += weights_[m] * off_[m];
-    moments.torque += weights_[m] * at.cross(off_[m]);
+    moments.force += weights_[m] * off;
+    moments.torque += weights_[m] * at.cross(off);
   }
-  for (std::size_t b = bones_.size(); b-- > 1;) {
+  for (std::size_t b = bones_.size(); b-- > 0;) {
+    const CommonMotion& common = common_[b];
+    const double taken = common.weight * common.share;
+    moments_[b].weight -= taken;
+    moments_[b].first -= taken * common.at;
+    moments_[b].second -= taken * common.at * common.at.transpose();
+    if (b == 0) break;
     Moments& parent = moments_[static_cast<std::size_t>(bones_[b].parent)];
     parent.weight += moments_[b].weight;
     parent.first += moments_[b].first;

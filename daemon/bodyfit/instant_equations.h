@@ -80,10 +80,21 @@ class InstantEquations {
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();
   };
 
+  // The displacement that the markers of one bone have in common: skin that moves as a whole.
+  struct CommonMotion {
+    Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // most probable one
+    double weight = 0.0;                                     // sum of the weights of the markers
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();         // weighted sum of their residuals
+    double share = 0.0;                                      // of the mean marker's information that it takes, 0 to 1
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();            // mean marker, relative to the root
+  };
+
   std::size_t nodes() const noexcept { return bones_.size() + 1; }
   void list_runs();
   void pose(const BodyInstant& instant, const BodyOffsets& offsets);
   PoseCost accumulate_markers(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
+  void place_markers(const BodyInstant& instant, const BodyOffsets& offsets);
+  void estimate_common_motion(const BodyInstant& instant, const InstantCost& by);
   double accumulate_joint_priors(const BodyInstant& instant, const InstantCost& by);
   double accumulate_tilt_prior(const BodyInstant& instant, const InstantCost& by);
   PoseCost linearise(const BodyInstant& instant, const BodyOffsets& offsets, const InstantCost& by);
@@ -110,6 +121,7 @@ class InstantEquations {
   std::vector<double> weights_;                   // by marker
   std::vector<Eigen::Vector3d> off_;              // by marker: modelled minus measured position
   std::vector<Moments> moments_;                  // by bone
+  std::vector<CommonMotion> common_;              // by bone
   double marker_scale_ = 1.0;                     // 1 / (variance of a marker), 1/m^2
   std::vector<Eigen::Matrix3d> matrix_, factor_;  // by node and ancestor
   std::vector<Eigen::Vector3d> gradient_;         // by node

@@ -89,6 +89,25 @@ TEST(BenchmarkCommand, RefusesUnknownWordsAndMissingFiles) {
   EXPECT_THAT(run_command({"labels", "none.c3d", "--modes", "static"}).second, HasSubstr("--static FILE"));
 }
 
+TEST(BenchmarkCommand, ScoresASkeleton) {
+  const auto [code, out] =
+      run_command({"skeleton", "wave", "--modes", "given", "--noise", "none", "--seconds", "2", "--json"});
+
+  ASSERT_EQ(code, 0) << out;
+  const auto run = nlohmann::json::parse(out)["runs"][0];
+  EXPECT_EQ(run["clip"], "wave");
+  EXPECT_EQ(run["mode"], "given");
+  EXPECT_LT(run["joint_cm"].get<double>(), 0.1);
+  EXPECT_TRUE(run["bones"].contains("Hips"));
+}
+
+TEST(BenchmarkCommand, RefusesUnknownWordsOfASkeleton) {
+  EXPECT_THAT(run_command({"skeleton", "wave", "--modes", "warm"}).second,
+              HasSubstr("--modes: 'warm', expected given"));
+  EXPECT_THAT(run_command({"skeleton", "wave", "--noise", "rain"}).second, HasSubstr("--noise: 'rain', expected none"));
+  EXPECT_THAT(run_command({"skeleton", "none.bvh"}).second, HasSubstr("none.bvh"));
+}
+
 TEST(BenchmarkCommand, LabelsARecording) {
   const std::string take = support::shared_data_folder() + "/c3d/btk_pig_walk_fullbody_100.c3d";
   if (!std::filesystem::exists(take)) GTEST_SKIP() << "the recordings are missing: " << take;

@@ -176,5 +176,22 @@ TEST(PointNoise, UniformHidesItsShareForHalfASecondEach) {
   }
 }
 
+TEST(PointNoise, SolverNoiseHidesAndShiftsAlikeSharesOfEachFrame) {
+  const LabelledClip clip = clip_of(100, 2000);
+  const std::vector<NoisyFrame> frames = add_noise(clip, *noise_named("solver"), 3);
+
+  double hidden = 0.0, shifted = 0.0, most = 0.0;
+  for (const NoisyFrame& frame : frames) {
+    const double left = static_cast<double>(markers_of(frame)), points = static_cast<double>(frame.points.size());
+    hidden += 100.0 - points;
+    shifted += points - left;
+    most = std::max(most, 100.0 - points);
+  }
+  // The mean of |N(0, 0.1)|, cut at 0.2, is 0.0783 (numerically).
+  EXPECT_NEAR(hidden / 2000.0, 7.83, 0.4);
+  EXPECT_NEAR(shifted / 2000.0, 7.83, 0.4);
+  EXPECT_LT(most, 45.0);  // 20 expected of 100, with deviation 4
+}
+
 }  // namespace point_noise_test
 }  // namespace mocap::benchmark
