@@ -34,10 +34,11 @@ BodyInstant empty_instant(const MarkerSet& set);
 /// Standard deviations that define the cost of a pose.
 struct InstantCost {
   double sigma_m = 0.003;  ///< of a measured marker from its position on the body
-  /// Variance of a displacement that all markers of a bone have in common, as a share of sigma_m^2: skin moves as a
-  /// whole. Rigid motion is most of the soft tissue artefact (Dumas et al., "What portion of the soft tissue artefact
-  /// requires compensation when estimating joint kinematics?", J. Biomech. Eng. 2014).
-  double common_share = 1.0;
+  /// Variance of the displacement that all markers of a bone have in common, in units of sigma_m^2: skin moves as a
+  /// whole. Not for a bone with one marker, where sigma_m has both. Rigid motion is most of the soft tissue artefact
+  /// (Dumas et al., "What portion of the soft tissue artefact requires compensation when estimating joint
+  /// kinematics?", J. Biomech. Eng. 2014).
+  double common_variance = 1.0;
   double outlier_m = 0.03;           ///< scale of the robust cost: a marker farther off has little weight
   double rest_sigma_rad = 3.0;       ///< of a joint from rest pose
   double at_rest_sigma_rad = 0.02;   ///< the same for a joint with `at_rest`

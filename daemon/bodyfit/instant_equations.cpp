@@ -60,9 +60,11 @@ OffsetColumns::OffsetColumns(const MarkerSet& set)
 
 InstantEquations::InstantEquations(const MarkerSet& set) : bones_(set.skeleton.bones), columns_(set) {
   MOCAP_EXPECTS(!bones_.empty() && bones_[0].parent < 0);
+  marker_counts_.resize(bones_.size());
   for (const MarkerOnBone& marker : set.markers) {
     MOCAP_EXPECTS(marker.bone >= 0 && marker.bone < static_cast<int>(bones_.size()));
     bone_of_.push_back(marker.bone);
+    ++marker_counts_[static_cast<std::size_t>(marker.bone)];
   }
   above_.resize(nodes());
   for (std::size_t n = 1; n < nodes(); ++n) {
@@ -136,7 +138,7 @@ void InstantEquations::place_markers(const BodyInstant& instant, const BodyOffse
 // of the robust cost, by iteratively reweighted least squares.
 void InstantEquations::estimate_common_motion(const BodyInstant& instant, const InstantCost& by) {
   const double c = squared(by.outlier_m);
-  const double prior = marker_scale_ / by.common_share;
+  const double prior = marker_scale_ / by.common_variance;
   for (CommonMotion& common : common_) common = {};
   double change_m2 = 0.0;
   for (int pass = 0; pass < kMaxCommonPasses && (pass == 0 || change_m2 > squared(kSmallStep)); ++pass) {
@@ -150,7 +152,9 @@ void InstantEquations::estimate_common_motion(const BodyInstant& instant, const 
       common.force += weights_[m] * off_[m];
     }
     change_m2 = 0.0;
-    for (CommonMotion& common : common_) {
+    for (std::size_t b = 0; b < common_.size(); ++b) {
+      if (marker_counts_[b] < 2) continue;
+      CommonMotion& common = common_[b];
       const Eigen::Vector3d before = common.displacement;
       common.displacement = common.force / (common.weight + prior);
       common.share = common.weight / (common.weight + prior);
@@ -172,7 +176,7 @@ InstantEquations::PoseCost InstantEquations::accumulate_markers(const BodyInstan
   for (Moments& moments : moments_) moments = {};
   for (CommonMotion& common : common_) {
     common.at.setZero();
-    pose_cost.data_m2 += common.displacement.squaredNorm() / by.common_share;
+    pose_cost.data_m2 += common.displacement.squaredNorm() / by.common_variance;
   }
   for (std::size_t m = 0; m < places_.size(); ++m) {
     if (weights_[m] == 0.0) continue;

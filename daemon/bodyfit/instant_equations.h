@@ -112,7 +112,8 @@ class InstantEquations {
   double* rows_of(std::size_t node) { return rows_.data() + node * 3 * static_cast<std::size_t>(columns_.count); }
 
   std::vector<Bone> bones_;
-  std::vector<int> bone_of_;  // by marker
+  std::vector<int> bone_of_;        // by marker
+  std::vector<int> marker_counts_;  // by bone
   OffsetColumns columns_;
   std::vector<std::vector<std::size_t>> above_;  // by node: its ancestors, nearest first
   std::vector<std::vector<ColumnRun>> runs_;     // by node: columns of the offsets that are coupled with it

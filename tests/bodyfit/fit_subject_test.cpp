@@ -230,7 +230,7 @@ TEST(FitSubject, KeepsTheJointsWhereTheSkinOfABoneMovesAsAWhole) {
 
   ASSERT_TRUE(fit);
   const Errors errors = errors_of(fit->marker_set, truth, judged);
-  // 8.8 mm; 17.7 mm with common_share = 0, that is, with independent markers.
+  // 8.8 mm; 17.7 mm with common_variance = 0, that is, with independent markers.
   EXPECT_LT(errors.joint_rms_m, 0.012);
 }
 
