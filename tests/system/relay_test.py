@@ -165,6 +165,7 @@ class Relay(unittest.TestCase):
                     continue
                 found = pose["bones"][name]
                 self.assertLess(degrees_between(found["rotation_xyzw"], bones["worldRotationsXyzw"][4 * i:4 * i + 4]), 0.1)
+                self.assertIsNotNone(found["position_m"], name)
                 self.assertLess(math.dist(found["position_m"], bones["worldPositionsM"][3 * i:3 * i + 3]), 0.001)
             exposed_ns = int(snapshot["instants"]["exposedAtNs"]) + int(snapshot["utcMinusHostNs"])
             self.assertAlmostEqual(int(pose["exposed_at_utc_ns"]), exposed_ns, delta=50e6)  # the clock of UTC is read once a second

@@ -1,7 +1,6 @@
 #include "bench/relay/nats_subscribers.h"
 
 #include <fmt/format.h>
-#include <nats/nats.h>
 
 #include <span>
 

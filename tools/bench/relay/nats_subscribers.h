@@ -1,5 +1,7 @@
 #pragma once
 
+#include <nats/nats.h>
+
 #include <atomic>
 #include <cstddef>
 #include <memory>
@@ -8,10 +10,6 @@
 
 #include "base/result.h"
 #include "bench/bridges/arrivals.h"
-
-struct __natsConnection;
-struct __natsMsg;
-struct __natsSubscription;
 
 namespace mocap::bench {
 
@@ -34,12 +32,12 @@ class NatsSubscribers {
     NatsSubscribers* all = nullptr;
     std::size_t index = 0;
     bool joined = false;
-    __natsConnection* connection = nullptr;
-    __natsSubscription* subscription = nullptr;
+    natsConnection* connection = nullptr;
+    natsSubscription* subscription = nullptr;
   };
 
   explicit NatsSubscribers(Arrivals& arrivals) : arrivals_(arrivals), each_(arrivals.receivers()) {}
-  static void take(__natsConnection* connection, __natsSubscription* subscription, __natsMsg* message, void* of);
+  static void take(natsConnection* connection, natsSubscription* subscription, natsMsg* message, void* of);
 
   Arrivals& arrivals_;
   std::vector<One> each_;

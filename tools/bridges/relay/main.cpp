@@ -105,9 +105,9 @@ int main(int argc, char** argv) {
   app.footer(R"(examples:
   mocap-relay --server tls://nats.example.org --credentials relay.creds
                                   the small topics lite/NAME of the daemon on this machine
-  mocap-relay --server 10.0.0.9 --ca ca.pem --credentials relay.pass --prefix stage2
+  mocap-relay --server 10.0.0.9 --ca ca.pem --credentials relay.pass
                                   a server with a certificate of your own authority
-  mocap-relay tcp://10.0.0.7:5570 --server nats://127.0.0.1 --topic snapshot --topic event
+  mocap-relay --server nats://127.0.0.1 --topic snapshot --topic event
                                   whole snapshots and events, to a server on this machine without TLS
 exit codes: 0 something was forwarded, 64 invalid command line, 69 nothing was forwarded: no feed or no server)");
   add_options(app, options);
