@@ -108,7 +108,7 @@ struct NatsLink::Impl {
       if (!state.connected) {
         connect();
       } else if (!natsConnection_IsClosed(connection.get())) {
-        ping();
+        ping(stop);
       } else {
         disconnect(NATS_NO_SERVER, "");
       }
@@ -150,14 +150,14 @@ struct NatsLink::Impl {
   }
 
   // Waits until the server has taken all that was sent before.
-  void ping() {
+  void ping(const std::stop_token& stop) {
     if (!sent_since_ping.exchange(false)) return;
     {
       const std::scoped_lock lock(mutex);
       ping_began = Clock::now();
     }
     natsStatus status = NATS_TIMEOUT;
-    while (status == NATS_TIMEOUT && !thread.get_stop_token().stop_requested()) {
+    while (status == NATS_TIMEOUT && !stop.stop_requested()) {
       status = natsConnection_FlushTimeout(connection.get(), kFlush_ms);
     }
     const std::scoped_lock lock(mutex);
