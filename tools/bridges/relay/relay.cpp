@@ -50,7 +50,7 @@ int Relay::run() {
   std::signal(SIGTERM, ask_stop);
   while (stop_asked == 0 && (settings_.seconds <= 0.0 || to_s(host_now() - started_) < settings_.seconds)) {
     receive();
-    forward();
+    forward();  // what waited for the server
     if (const Timestamp now = host_now(); now >= next_tick_) tick(now);
   }
   if (counts_.sent == 0 && diagnosis() != said_) say(diagnosis());
@@ -65,6 +65,7 @@ void Relay::receive() {
     patience = Duration::zero();
     if (message) {
       take(*std::move(message), host_now());
+      forward();  // at once, so that two messages of one topic that arrive together are both sent
     } else {
       ++counts_.invalid;
     }
