@@ -140,13 +140,12 @@ class Relay(unittest.TestCase):
         self.assertEqual(relay.wait(LONG_S), 0)
 
     def bone_names(self):
-        context = zmq.Context()
-        self.addCleanup(context.destroy, linger=0)
-        socket = context.socket(zmq.SUB)
-        socket.connect(self.desk.endpoint)
-        socket.subscribe(b"description\0")
-        self.assertTrue(socket.poll(LONG_S * 1000))
-        said = description_pb2.Description.FromString(socket.recv().split(b"\0", 1)[1])
+        with zmq.Context() as context, context.socket(zmq.SUB) as socket:
+            socket.linger = 0
+            socket.connect(self.desk.endpoint)
+            socket.subscribe(b"description\0")
+            self.assertTrue(socket.poll(LONG_S * 1000))
+            said = description_pb2.Description.FromString(socket.recv().split(b"\0", 1)[1])
         return [bone.name for bone in said.subjects[0].bones]
 
     def compare(self, lines, names, poses):
