@@ -122,6 +122,7 @@ class Relay(unittest.TestCase):
         names = self.bone_names()
         for which, receiver in receivers.items():
             with self.subTest(which):
+                self.assertEqual(receiver.output(), "")
                 self.compare(lines, names, receiver.poses)
 
         self.server.end()
@@ -131,9 +132,13 @@ class Relay(unittest.TestCase):
             self.came(receiver, relay)
 
         daemon.end()
-        daemon = self.daemon()
         for receiver in receivers.values():
+            receiver.poses.clear()
+        self.daemon()
+        for which, receiver in receivers.items():
             self.came(receiver, relay)
+            # The new run begins without poses, and these messages were read, too.
+            self.assertTrue(any(pose["phase"] == "searching" and not pose["bones"] for pose in receiver.poses.values()), which)
 
         self.assertEqual(relay.output().count("no NATS server answers"), 1, relay.output())  # once, not at every attempt
         relay.send(signal.SIGTERM)

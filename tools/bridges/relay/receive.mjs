@@ -118,7 +118,8 @@ function rotate([x, y, z, w], v) {
 /** World position and rotation of each bone that has a pose, by name. A bone below a lost one has no position. */
 function poses(subject, root, rotations) {
   const found = [];
-  for (const [i, bone] of subject.bones.entries()) {
+  const bones = subject.bones.slice(0, rotations.length); // none if the subject has no pose
+  for (const [i, bone] of bones.entries()) {
     const rotation = rotations[i];
     const above = found[bone.parent];
     let position = null;
@@ -129,7 +130,7 @@ function poses(subject, root, rotations) {
     found.push({ position, rotation });
   }
   const named = {};
-  for (const [i, bone] of subject.bones.entries()) {
+  for (const [i, bone] of bones.entries()) {
     const { position, rotation } = found[i];
     if (rotation !== null) named[bone.name] = { position_m: position, rotation_xyzw: rotation };
   }
@@ -231,12 +232,16 @@ class Received {
   count = 0;
   lost = 0;
   second = []; // ages of the poses of this second, ms
-  newest = null;
+  newest = null; // the last message whose bones are known
 
-  /** Notes a message. Returns the rotations of all bones if the instant is complete, otherwise null. */
+  /** Counts the messages between the last one and this one as lost. */
+  note(sequence) {
+    if (this.nextSequence !== null && sequence > this.nextSequence) this.lost += sequence - this.nextSequence;
+    this.nextSequence = sequence + 1; // a lower one: the daemon started again
+  }
+
+  /** Adds the bones of a message. Returns the rotations of all bones if the instant is complete, otherwise null. */
   add(lite, subject) {
-    if (this.nextSequence !== null && lite.sequence > this.nextSequence) this.lost += lite.sequence - this.nextSequence;
-    this.nextSequence = lite.sequence + 1; // a lower one: the daemon started again
     this.newest = lite;
     if (lite.number !== this.number) {
       this.number = lite.number;
@@ -269,10 +274,11 @@ class Program {
     }
     const name = decodeURIComponent(topic.slice("lite.".length));
     const lite = decodeLite(payload);
-    const known = this.description.subjects.get(name);
-    if (known === undefined || lite.version !== this.description.version) return; // the description is about to arrive
     if (!this.received.has(name)) this.received.set(name, new Received());
     const received = this.received.get(name);
+    received.note(lite.sequence);
+    const known = this.description.subjects.get(name);
+    if (known === undefined || lite.version !== this.description.version) return; // the description is about to arrive
     const rotations = received.add(lite, known);
     if (rotations === null || !this.options.json) return;
     const { outOfRange, offRest } = lite;

@@ -233,11 +233,14 @@ class Received:
         self.second = []  # ages of the poses of this second, s
         self.newest = None
 
-    def take(self, lite, subject):
-        """Notes a message. Returns the rotations of all bones if the instant is complete."""
-        if self.next_sequence is not None and lite.sequence > self.next_sequence:
-            self.lost += lite.sequence - self.next_sequence
-        self.next_sequence = lite.sequence + 1  # a lower one: the daemon started again
+    def note(self, sequence):
+        """Counts the messages between the last one and this one as lost."""
+        if self.next_sequence is not None and sequence > self.next_sequence:
+            self.lost += sequence - self.next_sequence
+        self.next_sequence = sequence + 1  # a lower one: the daemon started again
+
+    def add(self, lite, subject):
+        """Adds the bones of a message. Returns the rotations of all bones if the instant is complete."""
         self.newest = lite
         if lite.number != self.number:
             self.number, self.parts = lite.number, {}
@@ -264,11 +267,12 @@ class Program:
             return
         name = urllib.parse.unquote(topic[len("lite."):])
         lite = Lite(payload)
+        received = self.received.setdefault(name, Received())
+        received.note(lite.sequence)
         known = self.subjects.get(name)
         if known is None or lite.version != self.version:
             return  # the description is about to arrive
-        received = self.received.setdefault(name, Received())
-        rotations = received.take(lite, known)
+        rotations = received.add(lite, known)
         if rotations is not None and self.options.json:
             age_ms = round(received.second[-1] * 1e3, 2)
             print(json.dumps({"subject": name, "number": lite.number, "exposed_at_utc_ns": lite.exposed_utc_ns, "age_ms": age_ms,
