@@ -18,8 +18,8 @@ mocap_lite lite_of(const wire::Lite& from, const client::Axes& axes) {
   into.exposed_at_utc_ns = from.exposed_at_utc_ns;
   into.description_version = from.description_version;
   into.sequence = from.sequence;
-  into.phase =
-      from.phase == MOCAP_PHASE_TRACKING || from.phase == MOCAP_PHASE_LOST ? from.phase : MOCAP_PHASE_SEARCHING;
+  into.phase = from.phase;
+  if (from.phase != MOCAP_PHASE_TRACKING && from.phase != MOCAP_PHASE_LOST) into.phase = MOCAP_PHASE_SEARCHING;
   into.subject_bones = from.subject_bones;
   into.first_bone = from.first_bone;
   into.bone_count = static_cast<std::uint32_t>(from.bone_count);
