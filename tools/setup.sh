@@ -16,7 +16,7 @@ packages=(
   libaravis-dev libusb-1.0-0-dev libopencv-dev libopencv-contrib-dev libeigen3-dev libceres-dev libhwy-dev libturbojpeg0-dev libpng-dev
   libzmq3-dev libprotozero-dev libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libsystemd-dev
   libcli11-dev libboost-dev libssl-dev libtomlplusplus-dev libyaml-cpp-dev nlohmann-json3-dev libzstd-dev liblz4-dev zlib1g-dev
-  libexpat1-dev libltc-dev libasound2-dev
+  libexpat1-dev libltc-dev libasound2-dev libnats-dev
   # the page of mocap-web, whose npm packages are installed if npm is there
   esbuild
   # the demo (own network of the simulated cameras) and clients in Python
@@ -25,6 +25,8 @@ packages=(
 test_packages=(
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck systemd systemd-container python3-liblo
   python3-lz4 python3-pip python3-setuptools python3-wheel python3-venv mono-mcs mono-runtime zip
+  # the server to which mocap-relay sends
+  nats-server
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
   # nodes that announce themselves

@@ -68,8 +68,9 @@ Status write_new(const std::filesystem::path& path, const std::string& text, mod
   return Error{ErrorCode::Io, fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno))};
 }
 
-// Fails if other users may read the secret key of a file. systemd guards its credentials with an access list, of which
-// the bits of the group are the mask.
+}  // namespace
+
+// systemd guards its credentials with an access list, of which the bits of the group are the mask.
 Status check_private(const std::filesystem::path& path) {
   struct ::stat status {};
   if (::stat(path.c_str(), &status) != 0) return bad_key_file(path, std::strerror(errno));
@@ -82,6 +83,8 @@ Status check_private(const std::filesystem::path& path) {
                                   "0600: chmod 600 '{}'; consider a new key",
                                   status.st_mode & 07777, path.string()));
 }
+
+namespace {
 
 Result<KeyPair> parse_key_pair(const std::filesystem::path& path) {
   const Result<std::string> text = read(path);

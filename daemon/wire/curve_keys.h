@@ -41,6 +41,10 @@ Result<KeyPair> new_key_pair();
 /// Writes a key pair to a new file `path` with mode 600. Fails with Busy if the file exists, and with Io.
 Status save_key_pair(const std::filesystem::path& path, const KeyPair& pair);
 
+/// Fails with InvalidArgument if the group or others have access to a file with a secret, or if the file does not
+/// exist. The group is not considered for a credential of systemd ($CREDENTIALS_DIRECTORY).
+Status check_private(const std::filesystem::path& path);
+
 /// Reads a file of `save_key_pair`; `secret_key` is empty if the file has no secret line. Fails with NotFound if the
 /// file cannot be read, and with InvalidArgument if the file is not a key file, or if it has a secret line and its
 /// group or others have access to it. The group is not considered for a credential of systemd ($CREDENTIALS_DIRECTORY).

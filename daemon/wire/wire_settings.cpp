@@ -41,12 +41,14 @@ void declare_keys(KeyVisitor& keys, PublisherSettings& feed) {
             {.help = "true: other machines may connect although [security] authenticates no clients"});
   keys.number("max_connections", feed.max_connections, {1, 60000},
               {.help = "the newest connections over this number are closed"});
-  keys.number(
-      "send_queue", feed.send_queue, {1, 1000},
-      {.help = "messages that wait for one slow subscriber, never fewer than 10 + 2 for each subject; further ones "
-               "are dropped for this subscriber alone"});
+  keys.number("send_queue", feed.send_queue, {1, 1000},
+              {.help = "messages that wait for one slow subscriber, never fewer than 10 + 12 for each subject; further "
+                       "ones are dropped for this subscriber alone"});
   keys.flag("velocities", feed.velocities,
             {.help = "true: velocities and angular velocities of the bones are published, too, about 24 bytes a bone"});
+  keys.number(
+      "lite_hz", feed.lite_hz, {1.0, 1000.0},
+      {.help = "largest rate of the topics lite/NAME, Hz: at most 200 bytes a subject, for many or far viewers"});
 }
 
 void declare_keys(KeyVisitor& keys, ControlSettings& control) {

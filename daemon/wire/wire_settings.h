@@ -25,6 +25,7 @@ struct PublisherSettings {
   bool allow_remote = false;
   CurveSettings curve = {};
   bool velocities = false;
+  double lite_hz = 30.0;
   std::size_t subjects = 1;  ///< number of subjects, each with a topic of its own; not a key of the file
   int send_queue = 8;
   int max_connections = 1000;

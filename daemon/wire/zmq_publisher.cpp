@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "base/log.h"
+#include "base/rate_limit.h"
 #include "wire/codec/encode.h"
+#include "wire/codec/lite_subject.h"
 #include "wire/codec/snapshot_encoder.h"
 #include "wire/event_watch.h"
 #include "wire/listener.h"
@@ -41,6 +43,11 @@ class Envelope {
     bytes_.resize(head_ + size);
     message.SerializeWithCachedSizesToArray(bytes_.data() + head_);
   }
+  void set_lite(const Lite& message) {
+    bytes_.resize(head_ + kMaxLite_bytes);
+    const auto body = std::span(bytes_).subspan(head_).first<kMaxLite_bytes>();
+    bytes_.resize(head_ + encode_lite(message, body));
+  }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
   // The topic including its zero byte.
   std::string_view topic() const { return {reinterpret_cast<const char*>(bytes_.data()), head_}; }
@@ -51,7 +58,7 @@ class Envelope {
 };
 
 // Indices of the topics in Subscriptions::set_topics. From kFirstSubject on there is one topic for each subject, then
-// one for each camera.
+// the lite topic of each subject, then one for each camera.
 enum Topic : std::size_t { kDescription, kSnapshot, kHealth, kEvent, kMarkers, kFirstSubject };
 
 struct Channel {
@@ -67,7 +74,8 @@ namespace {
 // topics of a subscriber to all topics. The length is set once: ZeroMQ never sends again on a full queue whose length
 // is raised.
 int queue_for(const PublisherSettings& settings) {
-  return std::max(settings.send_queue, static_cast<int>(2 * (kFirstSubject + settings.subjects)));
+  const std::size_t of_subject = 1 + lite_messages(kMaxBones);
+  return std::max(settings.send_queue, static_cast<int>(2 * (kFirstSubject + of_subject * settings.subjects)));
 }
 
 v1::Synchronisation synchronisation_of(const Health& health) {
@@ -92,14 +100,20 @@ struct ZmqPublisher::Impl {
   std::optional<v1::Synchronisation> synchronisation;
   std::optional<Description> described;
   bool velocities = false;
+  RateLimit lite_rate;
 
-  std::size_t first_preview() const { return kFirstSubject + (described ? described->subjects.size() : 0); }
+  explicit Impl(const PublisherSettings& settings) : velocities(settings.velocities), lite_rate(settings.lite_hz) {}
+
+  std::size_t subjects() const { return described ? described->subjects.size() : 0; }
+  std::size_t first_lite() const { return kFirstSubject + subjects(); }
+  std::size_t first_preview() const { return first_lite() + subjects(); }
 
   void name_topics() {
     std::vector<Channel> before(std::make_move_iterator(channels.begin() + kFirstSubject),
                                 std::make_move_iterator(channels.end()));
     channels.erase(channels.begin() + kFirstSubject, channels.end());
     for (const Subject& subject : described->subjects) add_topic(kSubjectTopic + subject.name, before);
+    for (const Subject& subject : described->subjects) add_topic(kLiteTopic + subject.name, before);
     for (const CameraModel& camera : described->cameras) add_topic(kPreviewTopic + camera.name, before);
     list_topics();
   }
@@ -178,9 +192,31 @@ struct ZmqPublisher::Impl {
     if (Status sent = send_snapshot(from, kMarkers, markers); !sent) return sent;
     Parts one = whole;
     one.views = one.unlabelled = false;
-    for (std::size_t topic = kFirstSubject; topic < first_preview(); ++topic) {
+    for (std::size_t topic = kFirstSubject; topic < first_lite(); ++topic) {
       one.subject = SubjectId{static_cast<std::uint32_t>(topic - kFirstSubject)};
       if (Status sent = send_snapshot(from, topic, one); !sent) return sent;
+    }
+    return {};
+  }
+
+  Status send_lites(const Snapshot& from) {
+    if (!lite_rate.admits(from.instants.exposed_at)) return {};
+    for (std::size_t i = 0; i < subjects(); ++i) {
+      const LiteSubject subject(from, SubjectId{static_cast<std::uint32_t>(i)}, *described);
+      if (Status sent = send_lite(subject, first_lite() + i); !sent) return sent;
+    }
+    return {};
+  }
+
+  Status send_lite(const LiteSubject& subject, std::size_t topic) {
+    Channel& channel = channels[topic];
+    for (std::size_t i = 0; i < subject.messages(); ++i) {
+      const std::uint64_t sequence = channel.sequence++;
+      if (!subscriptions.wanted(topic)) continue;
+      Lite lite = subject.message(i, utc_minus_host_ns);
+      lite.sequence = static_cast<std::uint32_t>(sequence);
+      channel.envelope.set_lite(lite);
+      if (Status sent = send(channel); !sent) return sent;
     }
     return {};
   }
@@ -205,8 +241,7 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
   if (settings.send_queue < 1 || settings.send_queue > 1000) {
     return Error{ErrorCode::InvalidArgument, fmt::format("send_queue is {}, expected 1 to 1000", settings.send_queue)};
   }
-  auto impl = std::make_unique<Impl>();
-  impl->velocities = settings.velocities;
+  auto impl = std::make_unique<Impl>(settings);
   for (const char* topic : {kDescriptionTopic, kSnapshotTopic, kHealthTopic, kEventTopic, kMarkersTopic}) {
     impl->channels.emplace_back(topic);
   }
@@ -245,6 +280,7 @@ Status ZmqPublisher::publish(Snapshot& snapshot) {
   Instants& instants = snapshot.instants;
   if (instants.received_at && instants.detected_at && instants.fused_at) instants.sent_at = host_now();
   if (Status sent = impl_->send_snapshots(snapshot); !sent) return sent;
+  if (Status sent = impl_->send_lites(snapshot); !sent) return sent;
   impl_->events.update(snapshot);
   return impl_->send_event();
 }

@@ -11,13 +11,15 @@
 
 namespace mocap::wire {
 
-/// The topics of the feed. A message is one part: topic, a zero byte, Protobuf (proto/mocap/v1).
+/// The topics of the feed. A message is one part: topic, a zero byte, Protobuf (proto/mocap/v1); of the topics
+/// lite/NAME: topic, a zero byte, the layout of proto/lite.
 inline constexpr const char* kSnapshotTopic = "snapshot";
 inline constexpr const char* kDescriptionTopic = "description";
 inline constexpr const char* kHealthTopic = "health";
 inline constexpr const char* kEventTopic = "event";
 inline constexpr const char* kMarkersTopic = "markers";
 inline constexpr const char* kSubjectTopic = "subject/";  ///< followed by the subject's name
+inline constexpr const char* kLiteTopic = "lite/";        ///< followed by the subject's name
 inline constexpr const char* kPreviewTopic = "preview/";  ///< followed by the camera's name
 
 /// Sends the feed over a ZeroMQ XPUB socket. Sending never blocks: messages that a slow subscriber does not receive are

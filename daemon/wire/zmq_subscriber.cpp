@@ -17,6 +17,12 @@ constexpr int kMaxReconnect_ms = 1000;   // maximum of this delay
 constexpr int kFeedHeartbeat_ms = 1000;  // period of heartbeats, which detect a dead host
 constexpr int kFeedHandshake_ms = 2000;  // a peer that does not answer the handshake is not a feed
 
+// The prefix of the messages of a topic.
+std::string prefix_of(const std::string& topic) {
+  if (topic.ends_with("/*")) return topic.substr(0, topic.size() - 1);
+  return topic + '\0';
+}
+
 }  // namespace
 
 struct ZmqSubscriber::Impl {
@@ -44,7 +50,7 @@ struct ZmqSubscriber::Impl {
     }
     if (Status set = set_keys(socket, settings.keys); !set) return set;
     for (const std::string& topic : settings.topics) {
-      if (Status set = socket.set(ZMQ_SUBSCRIBE, topic + '\0'); !set) return set;
+      if (Status set = socket.set(ZMQ_SUBSCRIBE, prefix_of(topic)); !set) return set;
     }
     link.watch(context.get(), socket.get(), settings.keys.on());
     if (zmq_connect(socket.get(), endpoint.c_str()) != 0) {
@@ -62,7 +68,7 @@ Status ZmqSubscriber::subscribe(std::vector<std::string> topics) {
                           const std::vector<std::string>& without) -> Status {
     for (const std::string& topic : from) {
       if (std::ranges::find(without, topic) != without.end()) continue;
-      if (Status set = impl_->socket.set(option, topic + '\0'); !set) return set;
+      if (Status set = impl_->socket.set(option, prefix_of(topic)); !set) return set;
     }
     return {};
   };

@@ -21,6 +21,7 @@ struct FeedMessage {
 
 struct SubscriberSettings {
   std::string endpoint = "tcp://127.0.0.1:5570";
+  /// "lite/*": all topics that begin with "lite/".
   std::vector<std::string> topics = {"description", "snapshot", "health"};
   ClientKeys keys = {};
   int receive_queue = 1000;  ///< messages that wait in the client; further messages are dropped

@@ -436,5 +436,69 @@ TEST(Client, FillsOnlyMembersThatTheCallerKnows) {
   EXPECT_EQ(older.after, 42U);
 }
 
+std::vector<std::uint8_t> bytes_of(const std::string& hex) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i + 1 < hex.size(); i += 2) {
+    bytes.push_back(static_cast<std::uint8_t>(std::stoul(hex.substr(i, 2), nullptr, 16)));
+  }
+  return bytes;
+}
+
+TEST(ClientLite, DecodesTheVectorsOfTheProtocol) {
+  for (const char* name : {"person", "prop", "lost"}) {
+    std::ifstream file(support::source_folder() + "/proto/lite/" + name + ".json");
+    const nlohmann::json vector = nlohmann::json::parse(file);
+    const std::vector<std::uint8_t> bytes = bytes_of(vector["hex"]);
+    mocap_lite lite{};
+
+    ASSERT_EQ(mocap_lite_decode(bytes.data(), bytes.size(), MOCAP_AXES_MOCAP, &lite, sizeof(lite)), 1) << name;
+
+    EXPECT_EQ(lite.number, vector["number"]);
+    EXPECT_EQ(lite.sequence, vector["sequence"]);
+    EXPECT_EQ(lite.exposed_at_utc_ns, vector["exposed_at_utc_ns"]);
+    EXPECT_EQ(lite.description_version, vector["description_version"]);
+    EXPECT_EQ(lite.phase, vector["phase"]);
+    EXPECT_EQ(lite.subject_bones, vector["subject_bones"]);
+    EXPECT_EQ(lite.first_bone, vector["first_bone"]);
+    EXPECT_EQ(lite.out_of_range != 0, vector["out_of_range"]);
+    EXPECT_EQ(lite.off_rest != 0, vector["off_rest"]);
+    EXPECT_NEAR(lite.root_position.x, vector["root_m"][0].get<double>(), 1e-4);
+    EXPECT_NEAR(lite.root_position.z, vector["root_m"][2].get<double>(), 1e-4);
+    ASSERT_EQ(lite.bone_count, vector["sent_rotations_xyzw"].size());
+    for (std::size_t i = 0; i < lite.bone_count; ++i) {
+      const nlohmann::json& sent = vector["sent_rotations_xyzw"][i];
+      ASSERT_EQ(lite.lost[i] != 0, sent.is_null()) << name << " bone " << i;
+      if (sent.is_null()) continue;
+      const mocap_quat& q = lite.rotations[i];
+      const double inner = q.x * sent[0].get<double>() + q.y * sent[1].get<double>() + q.z * sent[2].get<double>() +
+                           q.w * sent[3].get<double>();
+      EXPECT_GT(std::abs(inner), 1.0 - 1e-6) << name << " bone " << i;
+    }
+  }
+}
+
+TEST(ClientLite, ConvertsToTheAxesOfAnEngine) {
+  std::ifstream file(support::source_folder() + "/proto/lite/person.json");
+  const std::vector<std::uint8_t> bytes = bytes_of(nlohmann::json::parse(file)["hex"]);
+  mocap_lite lite{};
+
+  ASSERT_EQ(mocap_lite_decode(bytes.data(), bytes.size(), MOCAP_AXES_UNREAL, &lite, sizeof(lite)), 1);
+
+  EXPECT_NEAR(lite.root_position.x, 123.46F, 1e-3F);  // forward, right, up, cm
+  EXPECT_NEAR(lite.root_position.y, 50.0F, 1e-3F);
+  EXPECT_NEAR(lite.root_position.z, 98.7F, 1e-3F);
+  EXPECT_EQ(lite.rotations[1].x, -1.0F);  // half a turn about forward: a reflection reverses its sense
+}
+
+TEST(ClientLite, RefusesWhatIsNoMessage) {
+  mocap_lite lite{};
+  const std::string text = "no message";
+
+  EXPECT_EQ(mocap_lite_decode(text.data(), text.size(), MOCAP_AXES_MOCAP, &lite, sizeof(lite)), 0);
+  EXPECT_LT(mocap_lite_decode(nullptr, 0, MOCAP_AXES_MOCAP, &lite, sizeof(lite)), 0);
+  EXPECT_LT(mocap_lite_decode(text.data(), text.size(), 99, &lite, sizeof(lite)), 0);
+  EXPECT_LT(mocap_lite_decode(text.data(), text.size(), MOCAP_AXES_MOCAP, nullptr, sizeof(lite)), 0);
+}
+
 }  // namespace
 }  // namespace mocap::client

@@ -5,6 +5,7 @@ description.
 usage: python_fuzz.py [COUNT [SEED]]
 """
 
+import json
 import os
 import pathlib
 import random
@@ -22,7 +23,7 @@ import mocap.v1.description_pb2 as description_pb2  # noqa: E402
 import mocap.v1.event_pb2 as event_pb2  # noqa: E402
 import mocap.v1.health_pb2 as health_pb2  # noqa: E402
 import mocap.v1.snapshot_pb2 as snapshot_pb2  # noqa: E402
-from mocap_client import Client, Control, ControlError  # noqa: E402
+from mocap_client import Client, Control, ControlError, decode_lite  # noqa: E402
 
 BONES, MARKERS = 3, 2
 
@@ -86,10 +87,23 @@ def check(frame):
     assert np.isfinite(frame.points.positions).all()
 
 
+LITE = bytes.fromhex(json.loads((ROOT / "proto/lite/person.json").read_text())["hex"])
+
+
+def check_lite(draw):
+    try:
+        lite = decode_lite(damaged(draw, LITE), draw.choice(["mocap", "unity"]))
+    except ValueError:
+        return
+    assert len(lite.rotations) == len(lite.lost) <= 27 and lite.first_bone + len(lite.lost) <= lite.subject_bones
+    assert np.isfinite(lite.root_position).all() and np.allclose((lite.rotations**2).sum(axis=-1), 1, atol=1e-5)
+
+
 def take(client, control, draw):
     """Hands one message of each kind to the client. Returns whether it made a frame."""
     if client.description is None or draw.random() < 0.2:
         client._take_description(damaged(draw, description(draw).SerializeToString()))
+    check_lite(draw)
     client._take_health(damaged(draw, health_pb2.Health().SerializeToString() + b"\n\0"))
     client._take_event(damaged(draw, event_pb2.Event(kind=draw.randrange(9), subject=draw.randrange(3)).SerializeToString()))
     payload = damaged(draw, snapshot(draw).SerializeToString())

@@ -7,7 +7,7 @@ import unittest
 from harness import BIN, Desk
 
 PROGRAMS = ["mocapd", "mocapctl", "mocap-watch", "mocap-sim", "mocap-score", "mocap-eval", "mocap-bench",
-            "mocap-calibrate", "mocap-web", "mocap-vmc", "mocap-vrpn", "mocap-rokoko", "mocap-natnet"]
+            "mocap-calibrate", "mocap-web", "mocap-vmc", "mocap-vrpn", "mocap-rokoko", "mocap-natnet", "mocap-relay"]
 COLUMNS = 80
 
 
@@ -53,7 +53,7 @@ class Help(unittest.TestCase):
     def test_daemon_and_clients_load_few_libraries(self):
         """The libraries that a program loads decide how soon it starts; OpenCV brings more than a hundred."""
         for program in ("mocapd", "mocapctl", "mocap-watch", "mocap-sim", "mocap-score", "mocap-vmc", "mocap-vrpn", "mocap-rokoko",
-                        "mocap-natnet"):
+                        "mocap-natnet", "mocap-relay"):
             libraries = subprocess.run(["ldd", BIN / program], check=True, capture_output=True, text=True).stdout
 
             self.assertNotIn("libopencv", libraries, program)

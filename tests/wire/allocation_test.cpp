@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "random_model.h"
+#include "sample_description.h"
 #include "wire/codec/encode.h"
 #include "wire/zmq_publisher.h"
+#include "wire/zmq_subscriber.h"
 
 namespace {
 thread_local std::size_t allocations = 0;
@@ -75,6 +77,30 @@ TEST(ZmqPublisher, DoesNotAllocateAfterWarmUp) {
   const std::size_t after = allocations;
 
   EXPECT_EQ(after - before, 0U);
+}
+
+// The subscriber reads nothing, so that the messages that it does not take are dropped.
+TEST(ZmqPublisher, DoesNotAllocateForLiteMessages) {
+  if (!kCanCount) GTEST_SKIP() << "a sanitizer owns the heap";
+  testing::RandomModel random(32);
+  auto publisher = ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*", .lite_hz = 1000.0});
+  ASSERT_TRUE(publisher) << publisher.error().message;
+  ASSERT_TRUE((*publisher)->describe(testing::sample_description()));
+  const auto subscriber = ZmqSubscriber::open({.endpoint = (*publisher)->endpoint(), .topics = {"lite/actor"}});
+  ASSERT_TRUE(subscriber);
+  while ((*publisher)->feed().subscriptions < 1) (*publisher)->serve();
+  Snapshot snapshot = with_subjects(1, random);
+  ASSERT_TRUE((*publisher)->publish(snapshot));
+
+  const std::size_t before = allocations;
+  for (int i = 0; i < 1000; ++i) {
+    snapshot.instants.exposed_at += std::chrono::milliseconds(2);
+    if (!(*publisher)->publish(snapshot)) break;
+  }
+  const std::size_t after = allocations;
+
+  EXPECT_EQ(after - before, 0U);
+  EXPECT_TRUE((*subscriber)->next(std::chrono::seconds(20)));  // messages were sent
 }
 
 TEST(Allocations, AreCounted) {

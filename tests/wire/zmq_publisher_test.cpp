@@ -16,6 +16,7 @@
 #include "random_model.h"
 #include "sample_description.h"
 #include "wire/codec/decode.h"
+#include "wire/codec/lite.h"
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::wire {
@@ -338,6 +339,155 @@ TEST(ZmqPublisher, SendsPreviewsOfACameraOnlyWhileSomebodyWantsThem) {
   EXPECT_EQ(sent.jpeg(), std::string("\1\0\2", 3));
   EXPECT_EQ(sent.x_px(0), 1.5F);
   EXPECT_EQ(sent.y_px(0), 2.5F);
+}
+
+Lite lite_in(const FeedMessage& message) {
+  Lite lite;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(message.payload.data());
+  EXPECT_TRUE(decode_lite({bytes, message.payload.size()}, lite));
+  return lite;
+}
+
+// A snapshot of one subject with so many bones, which stand at their rest offsets.
+Snapshot snapshot_with_bones(RandomModel& random, const Description& description, std::size_t bones) {
+  Snapshot snapshot;
+  snapshot.description_version = description.version;
+  snapshot.labels.push_back({.subject = SubjectId{0}, .phase = SubjectPhase::Tracking, .markers = {}});
+  SubjectPose& pose = snapshot.poses.push_back({});
+  pose.subject = SubjectId{0};
+  for (std::size_t i = 0; i < bones; ++i) {
+    BonePose& bone = pose.bones.push_back({});
+    bone.state = BoneState::Measured;
+    bone.world_from_bone = {random.vector(), random.rotation()};
+    bone.parent_from_bone.position =
+        i == 0 ? bone.world_from_bone.position : description.subjects[0].marker_set.skeleton.bones[i].rest_offset_m;
+  }
+  return snapshot;
+}
+
+// A publisher with one subject of so many bones, and a subscriber to its lite topic.
+struct LiteFeed {
+  Description description = sample_description(5);
+  std::unique_ptr<ZmqPublisher> publisher = publisher_at("tcp://127.0.0.1:*");
+  std::unique_ptr<ZmqSubscriber> subscriber;
+  std::int64_t exposed_ns = 1'000'000'000;
+
+  explicit LiteFeed(std::size_t bones = 2, const std::string& topic = "lite/actor") {
+    std::vector<Bone>& all = description.subjects[0].marker_set.skeleton.bones;
+    for (std::size_t i = all.size(); i < bones; ++i) {
+      Bone bone = all.back();
+      bone.name += "x";
+      bone.parent = static_cast<int>(i) - 1;
+      all.push_back(bone);
+    }
+    EXPECT_TRUE(publisher->describe(description));
+    subscriber = subscriber_with({.endpoint = publisher->endpoint(), .topics = {topic}});
+    while (publisher->feed().subscriptions < 1) publisher->serve();
+  }
+
+  // Publishes a snapshot of the next exposure at this rate.
+  void publish(Snapshot& snapshot, int rate_hz) {
+    exposed_ns += 1'000'000'000 / rate_hz;
+    snapshot.instants.exposed_at = from_ns(exposed_ns);
+    EXPECT_TRUE(publisher->publish(snapshot));
+  }
+};
+
+TEST(ZmqPublisher, SendsLiteMessagesOfTheSamePoses) {
+  LiteFeed feed;
+  RandomModel random(41);
+  Snapshot snapshot = snapshot_with_bones(random, feed.description, 2);
+  snapshot.number = 77;
+  snapshot.poses[0].bones[1].state = BoneState::Lost;
+
+  feed.publish(snapshot, 30);
+  const auto message = feed.subscriber->next(kLong);
+
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->topic, "lite/actor");
+  const Lite lite = lite_in(*message);
+  EXPECT_EQ(lite.number, 77U);
+  EXPECT_EQ(lite.description_version, 5U);
+  EXPECT_EQ(lite.phase, v1::SUBJECT_PHASE_TRACKING);
+  EXPECT_FALSE(lite.off_rest);
+  ASSERT_EQ(lite.bone_count, 2U);
+  EXPECT_TRUE(lite.bones[1].lost);
+  const auto& q = lite.bones[0].rotation_xyzw;
+  EXPECT_LT(
+      Eigen::Quaterniond(q[3], q[0], q[1], q[2]).angularDistance(snapshot.poses[0].bones[0].world_from_bone.rotation),
+      1.6e-4);  // 0.0086 degrees, see proto/lite
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(lite.root_m[static_cast<std::size_t>(i)], snapshot.poses[0].bones[0].world_from_bone.position[i], 6e-5);
+  }
+  // The clock may be adjusted while the test runs.
+  EXPECT_NEAR(static_cast<double>(lite.exposed_at_utc_ns - feed.exposed_ns - utc_minus_host().count()), 0.0, 1e9);
+}
+
+TEST(ZmqPublisher, SaysIfAJointIsNotAtItsRestOffset) {
+  LiteFeed feed;
+  RandomModel random(42);
+  Snapshot snapshot = snapshot_with_bones(random, feed.description, 2);
+  snapshot.poses[0].bones[1].parent_from_bone.position.x() += 0.01;
+
+  feed.publish(snapshot, 30);
+  const auto message = feed.subscriber->next(kLong);
+
+  ASSERT_TRUE(message);
+  EXPECT_TRUE(lite_in(*message).off_rest);
+}
+
+TEST(ZmqPublisher, SendsLiteMessagesAtTheirRate) {
+  LiteFeed feed(2, "lite/*");
+  RandomModel random(43);
+  Snapshot snapshot = snapshot_with_bones(random, feed.description, 2);
+  std::vector<Lite> received;
+  const auto read = [&](Duration patience) {
+    const auto message = feed.subscriber->next(patience);
+    if (message) received.push_back(lite_in(*message));
+    return static_cast<bool>(message);
+  };
+
+  for (; snapshot.number < 120; ++snapshot.number) {  // one second
+    feed.publish(snapshot, 120);
+    while (read(Duration::zero())) continue;
+  }
+  while (received.empty() || received.back().number < 115) ASSERT_TRUE(read(kLong));
+
+  EXPECT_NEAR(static_cast<double>(received.size()), 30.0, 1.0);  // RateLimit begins with one more
+  for (std::size_t i = 0; i < received.size(); ++i) EXPECT_EQ(received[i].sequence, i);
+}
+
+TEST(ZmqPublisher, SplitsASubjectOfManyBonesIntoSeveralLiteMessages) {
+  LiteFeed feed(kMaxBones);
+  RandomModel random(44);
+  Snapshot snapshot = snapshot_with_bones(random, feed.description, kMaxBones);
+
+  feed.publish(snapshot, 30);
+
+  std::size_t bones = 0;
+  for (std::uint32_t i = 0; bones < kMaxBones; ++i) {
+    const auto message = feed.subscriber->next(kLong);
+    ASSERT_TRUE(message) << bones << " bones";
+    EXPECT_LE(message->payload.size(), 200U);
+    const Lite lite = lite_in(*message);
+    EXPECT_EQ(lite.sequence, i);
+    EXPECT_EQ(lite.first_bone, bones);
+    EXPECT_EQ(lite.subject_bones, kMaxBones);
+    bones += lite.bone_count;
+  }
+}
+
+TEST(ZmqPublisher, SendsALiteMessageWithoutBonesOfASubjectThatIsLost) {
+  LiteFeed feed;
+  Snapshot snapshot;
+  snapshot.labels.push_back({.subject = SubjectId{0}, .phase = SubjectPhase::Lost, .markers = {}});
+
+  feed.publish(snapshot, 30);
+  const auto message = feed.subscriber->next(kLong);
+
+  ASSERT_TRUE(message);
+  EXPECT_EQ(lite_in(*message).phase, v1::SUBJECT_PHASE_LOST);
+  EXPECT_EQ(lite_in(*message).subject_bones, 0);
 }
 
 TEST(ZmqSubscriber, ReportsWhetherItIsConnected) {

@@ -20,6 +20,7 @@
 #include "bench/hostile/hostile_bench.h"
 #include "bench/nodes_bench.h"
 #include "bench/pipeline_bench.h"
+#include "bench/relay/relay_bench.h"
 #include "bench/solve/solve_bench.h"
 #include "bench/take_bench.h"
 #include "lib/cli/app.h"
@@ -45,6 +46,7 @@ constexpr const char* kExamples = R"(examples:
                                                 received share, age and cost of the snapshots
   mocap-bench take --seconds 60 --json          a take beside 20 subscribers: losses, size; tracked again
   mocap-bench bridges --json                    what each bridge adds to the feed's latency, with 10 receivers
+  mocap-bench relay --json                      300 subscribers of a NATS server to which mocap-relay sends
   mocap-bench hostile --json                    worst gap of a subscriber while hostile peers attack)";
 
 void print_pipeline(const PipelineBenchFigures& f, bool json) {
@@ -212,11 +214,12 @@ struct Benches {
   BridgesBenchSettings bridges;
   NodesBenchSettings nodes;
   HostileBenchSettings hostile;
+  RelayBenchSettings relay;
 
   explicit Benches(const std::string& marker_set) {
     const auto set = [&](auto&... each) { ((each = marker_set), ...); };
     set(pipeline.marker_set, fuse.marker_set, solve.marker_set, cameras.marker_set, take.scene.marker_set,
-        bridges.marker_set, nodes.marker_set);
+        bridges.marker_set, nodes.marker_set, relay.marker_set);
   }
 };
 
@@ -280,6 +283,9 @@ std::vector<Command> add_commands(cli::App& app, Benches& all) {
   commands.push_back(
       {add_bridges_bench(app, all.bridges), [&all] { return print_bridges_bench(all.bridges, all.json); }});
   commands.push_back({add_nodes_bench(app, all.nodes), [&all] { return print_nodes_bench(all.nodes, all.json); }});
+#ifdef MOCAP_HAS_NATS
+  commands.push_back({add_relay_bench(app, all.relay), [&all] { return print_relay_bench(all.relay, all.json); }});
+#endif
   commands.push_back({add_hostile_bench(app, all.hostile), [&all] { return hostile(all); }});
   for (const Command& command : commands) {
     const bool array = command.app->get_name() == "fuse";

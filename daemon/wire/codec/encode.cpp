@@ -170,6 +170,8 @@ void encode_unlabelled(const BoundedVector<UnlabelledMarker, kMaxMarkers>& from,
 // Positions in single precision have errors of about 1e-6 m. A larger difference is a real translation of the bone.
 constexpr double kAtRest_m = 2e-6;
 
+}  // namespace
+
 bool stands_at_rest_offsets(const SubjectPose& pose, const Skeleton& skeleton) {
   if (pose.bones.size() != skeleton.bones.size()) return pose.bones.empty();
   for (std::size_t i = 0; i < pose.bones.size(); ++i) {
@@ -181,8 +183,6 @@ bool stands_at_rest_offsets(const SubjectPose& pose, const Skeleton& skeleton) {
   }
   return true;
 }
-
-}  // namespace
 
 bool stands_at_rest_offsets(const Snapshot& snapshot, const Description& description) {
   if (snapshot.description_version != description.version) return false;

@@ -42,6 +42,8 @@ void encode(const Snapshot& from, v1::Snapshot& into, const Parts& parts = {});
 /// world position. Then a feed may omit local positions. False if the description has another version than the
 /// snapshot.
 bool stands_at_rest_offsets(const Snapshot& snapshot, const Description& description);
+/// The same for one subject, whose skeleton is that of the snapshot's description.
+bool stands_at_rest_offsets(const SubjectPose& pose, const Skeleton& skeleton);
 
 /// Encodes a description together with the conventions of the feed (units, axes, clock). Allocates.
 v1::Description encode(const Description& from);

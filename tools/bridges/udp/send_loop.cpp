@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/rate_limit.h"
 #include "bridges/status/statistics.h"
 #include "bridges/status/status_file.h"
-#include "bridges/udp/rate_limit.h"
 #include "bridges/udp/udp_sender.h"
 
 namespace mocap::bridge {

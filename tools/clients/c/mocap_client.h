@@ -286,6 +286,35 @@ MOCAP_API int32_t mocap_frame_find_bone(const mocap_frame* frame, size_t subject
 MOCAP_API int32_t mocap_frame_find_marker(const mocap_frame* frame, size_t subject, const char* name, char* fault,
                                           size_t fault_size);
 
+/* ---- Lite: the small messages of the topics lite/NAME, from a relay or from your own ZeroMQ socket. The layout and
+   the precision are in proto/lite/README.md. ---- */
+
+#define MOCAP_LITE_BONES 27
+
+/* One message: a subject at one instant. A subject with more than MOCAP_LITE_BONES bones has several messages for an
+   instant; each has the root's position and the bones from first_bone on. */
+typedef struct mocap_lite {
+  uint64_t number;              /* as in mocap_frame_info */
+  int64_t exposed_at_utc_ns;    /* middle of the exposure, ns since the Unix epoch */
+  uint32_t description_version; /* of the description that has the names and parents of the bones */
+  uint32_t sequence;            /* number of the message in the topic; a gap is a message that was lost */
+  int32_t phase;                /* enum mocap_phase */
+  uint32_t subject_bones;       /* bones of the subject; 0: it has no pose now */
+  uint32_t first_bone;          /* index of rotations[0] in the description */
+  uint32_t bone_count;          /* bones of this message */
+  int32_t out_of_range;         /* 1: the root is more than 838 m from the origin; its position is not right */
+  int32_t off_rest;             /* 1: a joint is not at its rest_offset from its parent */
+  mocap_vec3 root_position;
+  mocap_quat rotations[MOCAP_LITE_BONES]; /* world from bone */
+  int32_t lost[MOCAP_LITE_BONES];         /* 1: the bone has no pose */
+} mocap_lite;
+
+/* Decodes the part of a message behind the zero byte of its topic, or a message of NATS. `axes` is an enum mocap_axes.
+   The world position of a bone is that of its parent plus the parent's rotation applied to the bone's rest_offset.
+   Returns 1, 0 if the bytes are no such message, and a negative number for a NULL argument. `size` is
+   sizeof(mocap_lite). */
+MOCAP_API int32_t mocap_lite_decode(const void* bytes, size_t byte_count, int32_t axes, mocap_lite* into, size_t size);
+
 /* ---- Health: what the daemon reports about itself once a second. The fields are explained in health.proto. ---- */
 
 typedef struct mocap_health mocap_health;

@@ -20,6 +20,7 @@ from .control import Code, Control, ControlError
 from .diagnosis import Diagnosis
 from .event import Event, EventKind
 from .frame import Bones, Frame, Markers, NotTracked, Phase, State, Subject, UnknownName
+from .lite import Lite, decode_lite
 
-__all__ = ["AXES", "Axes", "Bones", "Client", "Code", "Control", "ControlError", "Diagnosis", "Event", "EventKind", "Frame", "Markers",
-           "NotTracked", "Phase", "State", "Statistics", "Subject", "UnknownName"]
+__all__ = ["AXES", "Axes", "Bones", "Client", "Code", "Control", "ControlError", "Diagnosis", "Event", "EventKind", "Frame", "Lite", "Markers",
+           "NotTracked", "Phase", "State", "Statistics", "Subject", "UnknownName", "decode_lite"]

@@ -1,11 +1,11 @@
-#include "bridges/udp/rate_limit.h"
+#include "base/rate_limit.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-namespace mocap::bridge {
-namespace {
+namespace mocap {
+namespace rate_limit_test {
 
 using std::chrono::microseconds;
 
@@ -15,7 +15,7 @@ int admitted(int feed_hz, int jitter_us) {
   std::uniform_int_distribution<int> jitter(-jitter_us, jitter_us);
   RateLimit limit(60.0);
   int count = 0;
-  const RateLimit::Time start = RateLimit::Time{} + std::chrono::hours(1);
+  const Timestamp start = Timestamp{} + std::chrono::hours(1);
   for (int i = 0; i < feed_hz * 10; ++i) {
     if (limit.admits(start + microseconds(1'000'000LL * i / feed_hz + jitter(random)))) ++count;
   }
@@ -36,11 +36,11 @@ TEST(RateLimit, KeepsTheRateOfAFasterFeed) {
 
 TEST(RateLimit, GoesOnWhenTheTimeOfTheFeedGoesBack) {
   RateLimit limit(60.0);
-  ASSERT_TRUE(limit.admits(RateLimit::Time{} + std::chrono::hours(1)));
+  ASSERT_TRUE(limit.admits(Timestamp{} + std::chrono::hours(1)));
 
-  EXPECT_TRUE(limit.admits(RateLimit::Time{} + std::chrono::seconds(1)));
-  EXPECT_FALSE(limit.admits(RateLimit::Time{} + std::chrono::milliseconds(1001)));
+  EXPECT_TRUE(limit.admits(Timestamp{} + std::chrono::seconds(1)));
+  EXPECT_FALSE(limit.admits(Timestamp{} + std::chrono::milliseconds(1001)));
 }
 
-}  // namespace
-}  // namespace mocap::bridge
+}  // namespace rate_limit_test
+}  // namespace mocap
