@@ -1,6 +1,7 @@
 """Many takes tracked again: by processes of this machine, GNU parallel, Slurm, and as an Open Job Description. Runs in its
 own network namespace."""
 
+import contextlib
 import copy
 import json
 import os
@@ -58,10 +59,11 @@ class RetrackFarm(unittest.TestCase):
     def out(self, name):
         return self.desk.folder / f"{self._testMethodName} {name}"
 
-    def begin(self, *arguments):
+    def begin(self, *arguments, environment=None):
         """Starts a command that the test interrupts. A group of its own, as a shell in a terminal makes it."""
         process = subprocess.Popen([BIN / "mocapctl", "take", "retrack", *map(str, arguments)], cwd=self.desk.folder,
-                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment,
+                                   start_new_session=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -216,6 +218,7 @@ class RetrackFarm(unittest.TestCase):
         self.assertEqual(resumed.returncode, 65, resumed.stderr)
         self.assertEqual(mended.returncode, 65, mended.stderr)
         self.expect_results(out)
+        self.expect_ctrl_c_to_end_the_farm("parallel", os.environ)
 
     @unittest.skipIf(slurm.missing(), "Slurm is not installed (Debian packages slurmctld, slurmd, slurm-client, munge)")
     def test_slurm_runs_the_takes(self):
@@ -234,6 +237,32 @@ class RetrackFarm(unittest.TestCase):
         self.assertEqual(killed.returncode, 0, killed.stderr)
         self.assertEqual(resumed.returncode, 0, resumed.stderr)
         self.assertIn("3 there already", resumed.stdout)
+        self.expect_ctrl_c_to_end_the_farm("slurm", cluster.environment)
+        until(lambda: cluster.run("squeue", "-h") == "", "the job is cancelled")
+
+    def expect_ctrl_c_to_end_the_farm(self, farm, environment):
+        out = self.out("stopped")
+        arguments = (self.takes, "--out-dir", out, "--farm", farm)
+        command = self.begin(*arguments, environment=environment)
+        until(lambda: list((out / "farm").glob("*.log")), "a unit runs")
+        os.killpg(command.pid, signal.SIGINT)
+        output = command.stdout.read()
+        self.assertEqual(command.wait(), -signal.SIGINT, output)
+        self.assertIn("the same command with --resume goes on", output)
+        until(lambda: not self.processes_with(out), "no unit runs")
+        resumed = self.retrack(*arguments, "--resume", environment=environment)
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.expect_results(out)
+
+    @staticmethod
+    def processes_with(text):
+        """Those that have the text in their command lines."""
+        found = []
+        for process in pathlib.Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if str(text).encode() in (process / "cmdline").read_bytes():
+                    found.append(process.name)
+        return found
 
     def killed_element(self, cluster):
         """Tracks the takes by Slurm; the first worker is killed as soon as it runs."""

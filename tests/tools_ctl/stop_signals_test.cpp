@@ -38,5 +38,14 @@ TEST(StopSignalsDeathTest, EndTheProgramAsTheLastOneWould) {
       testing::KilledBySignal(SIGTERM), "");
 }
 
+TEST(StopSignalsDeathTest, EndTheProgramAtOnceIfTheyAreMany) {
+  EXPECT_EXIT(
+      {
+        const StopSignals stops;
+        for (int i = 0; i <= StopSignals::kMost; ++i) ::raise(SIGINT);
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
 }  // namespace stop_signals_test
 }  // namespace mocap::ctl

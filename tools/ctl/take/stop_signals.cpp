@@ -12,15 +12,20 @@ constexpr std::array<int, 2> kSignals{SIGINT, SIGTERM};
 volatile std::sig_atomic_t g_count = 0;
 volatile std::sig_atomic_t g_last = 0;
 
-void count_signal(int signal) {
-  g_last = signal;
-  g_count = g_count + 1;
-}
+void count_signal(int signal);
 
 void handle(void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;  // without SA_RESTART: poll returns
   for (const int signal : kSignals) ::sigaction(signal, &action, nullptr);
+}
+
+void count_signal(int signal) {
+  g_last = signal;
+  g_count = g_count + 1;
+  if (g_count <= StopSignals::kMost) return;
+  handle(SIG_DFL);
+  (void)::raise(signal);  // delivered when this handler returns
 }
 
 }  // namespace

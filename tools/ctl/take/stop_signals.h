@@ -3,9 +3,11 @@
 namespace mocap::ctl {
 
 /// While it lives, SIGINT and SIGTERM are counted instead of ending the program, so that long work can remove what is
-/// half done. One at a time.
+/// half done. One more than kMost end the program at once. One at a time.
 class StopSignals {
  public:
+  static constexpr int kMost = 2;
+
   StopSignals();
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;

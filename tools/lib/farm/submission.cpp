@@ -1,6 +1,7 @@
 #include "lib/farm/submission.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <fstream>
@@ -16,13 +17,14 @@ namespace fs = std::filesystem;
 
 constexpr const char* kUnitScript = "unit.sh";
 
-// "PATH SIZE bytes, modified T": changes if the file does. For a folder, its files.
+// "PATH SIZE bytes, modified SECONDS": changes if the file does. For a folder, its files.
 std::string state_of(const fs::path& path) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {
-    const auto size = fs::file_size(path, error);
-    const auto time = fs::last_write_time(path, error).time_since_epoch().count();
-    return fmt::format("{} {} bytes, modified {}", path.string(), error ? 0 : size, error ? 0 : time);
+    struct stat file {};
+    if (::stat(path.c_str(), &file) != 0) return path.string() + " is absent";
+    return fmt::format("{} {} bytes, modified {}.{:09}", path.string(), file.st_size, file.st_mtim.tv_sec,
+                       file.st_mtim.tv_nsec);
   }
   std::vector<std::string> states;
   for (const auto& entry : fs::directory_iterator(path, error)) {
