@@ -6,6 +6,7 @@ import copy
 import json
 import os
 import pathlib
+import pty
 import shutil
 import signal
 import subprocess
@@ -84,6 +85,21 @@ class RetrackFarm(unittest.TestCase):
         self.assertIn("3 tracked, 1 failed", done.stdout)
         self.assertIn("broken.mcap", done.stderr)
         self.assertFalse((out / "broken.mcap").exists())
+
+    def test_a_terminal_shows_the_progress_of_all_takes_on_one_line(self):
+        terminal, stderr = pty.openpty()
+        self.addCleanup(os.close, terminal)
+        command = subprocess.Popen([BIN / "mocapctl", "take", "retrack", self.takes, "--out-dir", self.out("new")],
+                                   cwd=self.desk.folder, stdout=subprocess.DEVNULL, stderr=stderr)
+        os.close(stderr)
+        shown = b""
+        with contextlib.suppress(OSError):  # the end of a terminal
+            while read := os.read(terminal, 4096):
+                shown += read
+
+        self.assertEqual(command.wait(), 0)
+        self.assertRegex(shown, rb"tracked \d+ %, [0-3] of 3 takes done")
+        self.assertNotIn(b"\n", shown)
 
     def test_json_has_one_line_for_each_take(self):
         done = self.retrack(self.takes, "broken.mcap", "--out-dir", self.out("new"), "--json")
