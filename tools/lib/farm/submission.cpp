@@ -144,8 +144,8 @@ Result<Submission> write_slurm(const FarmOrder& order) {
   const std::string at_a_time = order.jobs > 0 ? fmt::format("%{}", order.jobs) : "";
   const Result<fs::path> script =
       write(order.folder / "array.sbatch", fmt::format(R"(#!/bin/bash
-# One element of the array tracks one take again. Written by `mocapctl take retrack --farm slurm`; partition, account and
-# time limit come from the environment (SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT).
+# One element of the array tracks one take again. Written by `mocapctl take retrack --farm slurm`. Partition, account
+# and time limit come from the environment (SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT).
 #SBATCH --job-name=retrack
 #SBATCH --array=0-{}{}
 #SBATCH --ntasks=1
