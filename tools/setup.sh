@@ -25,8 +25,8 @@ packages=(
 test_packages=(
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck systemd systemd-container python3-liblo
   python3-lz4 python3-pip python3-setuptools python3-wheel python3-venv mono-mcs mono-runtime zip
-  # the server to which mocap-relay sends
-  nats-server
+  # the server to which mocap-relay sends, and takes tracked again by a farm
+  nats-server slurmctld slurmd slurm-client munge parallel
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
   # nodes that announce themselves

@@ -1,13 +1,11 @@
 #include "take/take_edit.h"
 
-#include <fcntl.h>
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 
+#include "base/move_file.h"
 #include "take/recordings/output_file.h"
 #include "take/take_reader.h"
 
@@ -48,13 +46,6 @@ std::string free_name_beside(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path.parent_path() / name)) return path.stem().string() + fmt::format("-{}", number);
   }
   return "another name";
-}
-
-// Leaves the reason of a failure in errno. File systems without RENAME_NOREPLACE (NFS) get a second name first.
-bool move_without_replacing(const std::filesystem::path& from, const std::filesystem::path& to) {
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
-  if (errno != EINVAL && errno != ENOSYS) return false;
-  return ::link(from.c_str(), to.c_str()) == 0 && ::unlink(from.c_str()) == 0;
 }
 
 }  // namespace

@@ -23,7 +23,10 @@ TEST(OfflineTracks, HaveLabelsFromTheFirstSetOn) {
   });
   double share = 0.0;
 
-  const Status finished = (*tracks)->finish([&](double done) { share = done; });
+  const Status finished = (*tracks)->finish([&](double done) {
+    share = done;
+    return true;
+  });
 
   ASSERT_TRUE(finished) << finished.error().message;
   EXPECT_GT(share, 0.9);

@@ -17,7 +17,7 @@ class NewTakeOfAnExample : public testing::Test {
   }
 
   NewTake create(const Span& span = {}) const {
-    auto made = NewTake::create(folder_.path() / "new.mcap", *from_, span, take::example_description(), {});
+    auto made = NewTake::create(folder_.path() / "new.mcap", *from_, span, {take::example_description()});
     EXPECT_TRUE(made) << made.error().message;
     return *std::move(made);
   }

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <random>
 
 #include "tools_retrack/recorded_world.h"
@@ -16,11 +17,15 @@ class Retrack : public testing::Test {
   Result<RetrackReport> again(const std::filesystem::path& take, RetrackOrder order = {}) {
     order.take = take;
     if (order.out.empty()) order.out = world_.folder() / "again.mcap";
-    return retrack(order, [&](const RetrackProgress& progress) { shares_.push_back(progress.share); });
+    return retrack(order, [&](const RetrackProgress& progress) {
+      shares_.push_back(progress.share);
+      return shares_.size() != end_at_;
+    });
   }
 
   RecordedWorld world_;
   std::vector<double> shares_;
+  std::size_t end_at_ = 1000;  // the call of `progress` that ends the work
 };
 
 TEST_F(Retrack, GivesTheRecordedSnapshotsByteForByte) {
@@ -231,7 +236,7 @@ TEST(RetrackWithAMendedRig, HasTheResidualsOfTheRightRig) {
     return RetrackOrder{.take = of_wrong, .out = wrong.folder() / "again.mcap", .others = std::move(others)};
   };
 
-  const auto report = retrack(order({.rig = mended}), [](const RetrackProgress&) {});
+  const auto report = retrack(order({.rig = mended}), [](const RetrackProgress&) { return true; });
 
   ASSERT_TRUE(report) << report.error().message;
   const double expected_px = residual_px(of_right);
@@ -250,6 +255,62 @@ TEST_F(Retrack, RefusesARigThatLacksACamera) {
 
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("has no camera 'cam4'"));
+}
+
+TEST_F(Retrack, KeepsAWholeNewTakeOfTheSameOrder) {
+  const auto take = world_.record("walk", {.sets = 60});
+  ASSERT_TRUE(again(take));
+  const auto written = std::filesystem::last_write_time(world_.folder() / "again.mcap");
+
+  const auto same = again(take, {.resume = true});
+  const auto shorter = again(take, {.to = std::chrono::milliseconds(500), .resume = true});
+  const auto plain = again(take);
+
+  ASSERT_TRUE(same) << same.error().message;
+  EXPECT_TRUE(same->kept);
+  EXPECT_EQ(same->sets, 0U);
+  ASSERT_FALSE(shorter);
+  EXPECT_THAT(shorter.error().message,
+              HasSubstr("was made of another take, with other settings or by another version"));
+  ASSERT_FALSE(plain);
+  EXPECT_THAT(plain.error().message, HasSubstr("the next free name is"));
+  EXPECT_EQ(std::filesystem::last_write_time(world_.folder() / "again.mcap"), written);
+}
+
+TEST_F(Retrack, DoesNotKeepADamagedNewTake) {
+  const auto take = world_.record("walk", {.sets = 60});
+  const auto made = again(take);
+  ASSERT_TRUE(made);
+  std::fstream file(made->path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(made->path) / 2));
+  file.put('\x55').put('\x55').put('\x55');
+  file.close();
+
+  const auto refused = again(take, {.resume = true});
+
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("is damaged"));
+}
+
+TEST_F(Retrack, LeavesNothingIfItIsEnded) {
+  const auto take = world_.record("walk", {.sets = 250});
+  const auto files = [&] {
+    return std::distance(std::filesystem::directory_iterator(world_.folder()), std::filesystem::directory_iterator());
+  };
+  const auto before = files();
+  for (const bool offline : {false, true}) {
+    for (std::size_t call = 1; call <= 2; ++call) {
+      shares_.clear();
+      end_at_ = call;
+
+      const auto ended = again(take, {.offline = offline});
+
+      ASSERT_FALSE(ended);
+      EXPECT_EQ(ended.error().code, ErrorCode::EndOfStream);
+      EXPECT_EQ(shares_.size(), call);
+      EXPECT_EQ(files(), before);
+    }
+  }
 }
 
 // Numbers in a take that no camera sends: the take is read, and nothing crashes.

@@ -42,6 +42,7 @@ TEST(TakeFiles, ListsTheNewestTakeFirst) {
   take::record_example(folder.path() / "new.mcap", kSets);
   folder.write("broken.mcap", "no take");
   folder.write("notes.txt", "no take either");
+  folder.write(".walk.part.mcap", "a take that is not whole yet");
   const auto written = std::filesystem::last_write_time(folder.path() / "old.mcap");
   std::filesystem::last_write_time(folder.path() / "new.mcap", written + std::chrono::hours(1));
   std::filesystem::last_write_time(folder.path() / "broken.mcap", written - std::chrono::hours(1));

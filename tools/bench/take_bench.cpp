@@ -259,7 +259,7 @@ Status retrack_take(const fs::path& path, TakeBenchFigures& figures) {
   order.take = path;
   order.out = path.parent_path() / "retracked.mcap";
   const Timestamp started = host_now();
-  const auto report = retrack::retrack(order, [](const retrack::RetrackProgress&) {});
+  const auto report = retrack::retrack(order, [](const retrack::RetrackProgress&) { return true; });
   if (!report) return report.error();
   figures.retrack_speed = report->seconds / to_s(host_now() - started);
   figures.retrack_sets = report->recorded;

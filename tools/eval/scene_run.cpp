@@ -169,7 +169,7 @@ class SceneRun {
 
   Status finish() {
     if (offline_) {
-      if (Status tracked = offline_->finish([](double) {}); !tracked) return tracked;
+      if (Status tracked = offline_->finish([](double) { return true; }); !tracked) return tracked;
       for (std::size_t i = 0; i < truths_.size(); ++i) {
         const Result<Snapshot> snapshot = offline_->snapshot(i);
         if (!snapshot) return snapshot.error();

@@ -12,7 +12,10 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "base/time.h"
+#include "ctl/take/retrack_takes.h"
+#include "ctl/take/stop_signals.h"
 #include "lib/cli/status_line.h"
+#include "lib/farm/unit.h"
 #include "lib/retrack/retrack.h"
 
 namespace mocap::ctl {
@@ -24,9 +27,11 @@ using retrack::RetrackReport;
 
 struct RetrackCommandLine {
   RetrackOrder order;
+  RetrackTakes several;         // `takes` has the takes in any case
   std::vector<double> range_s;  // none, or both ends
   std::string preset = "live";
   bool json = false;
+  bool progress = false;
 };
 
 // Share, speed and the time that is left.
@@ -53,13 +58,18 @@ void print_json(const RetrackReport& report, double spent_s) {
                               {"equal_sets", report.equal},
                               {"missing_views", report.missing_views},
                               {"damaged", report.damaged},
-                              {"from_start_of_run", report.from_start_of_run}};
+                              {"from_start_of_run", report.from_start_of_run},
+                              {"kept", report.kept}};
   json["first_difference"] = nullptr;
   if (report.first_difference) json["first_difference"] = *report.first_difference;
   fmt::print("{}\n", json.dump());
 }
 
 void print_text(const RetrackReport& report, double spent_s) {
+  if (report.kept) {
+    fmt::print("{}: is there, made of the same take and settings by this version; not tracked again\n", report.path);
+    return;
+  }
   fmt::print("{}: {} sets in {:.2f} s, {:.1f} times as fast as they were recorded\n", report.path, report.sets, spent_s,
              report.seconds / spent_s);
   if (report.recorded > 0) {
@@ -73,31 +83,86 @@ void print_text(const RetrackReport& report, double spent_s) {
   if (report.damaged > 0) fmt::print("{} damaged messages were left out\n", report.damaged);
 }
 
-int run(const RetrackCommandLine& line) {
+bool is_range(const std::vector<double>& range_s) {
+  return range_s[0] >= 0.0 && range_s[1] > range_s[0] && range_s[1] < 1e6;
+}
+
+int run_one(const RetrackCommandLine& line) {
   RetrackOrder order = line.order;
-  if (order.out.empty()) order.out = order.take.stem().string() + "-retracked.mcap";
+  order.take = line.several.takes.front();
+  if (order.out.empty()) order.out = farm::default_out(order.take);
   if (!line.range_s.empty()) {
-    if (!(line.range_s[0] >= 0.0 && line.range_s[1] > line.range_s[0] && line.range_s[1] < 1e6)) {
-      fmt::print(stderr, "mocapctl: --range is {} {}, expected two times in s, from 0 on, the first one the smaller\n",
-                 line.range_s[0], line.range_s[1]);
-      return kExitUsage;
-    }
     order.from = from_s(line.range_s[0]);
     order.to = from_s(line.range_s[1]);
   }
   order.offline = line.preset == "offline";
   set_log_level(LogLevel::Warn);
+  const StopSignals stops;
   const Timestamp started = host_now();
   const Result<RetrackReport> report = [&] {
-    cli::StatusLine progress;
+    cli::StatusLine status;
     return retrack::retrack(order, [&](const RetrackProgress& now) {
-      if (now.share > 0.0) progress.show(progress_line(now, to_s(host_now() - started)));
+      if (line.progress) {
+        fmt::print(stderr, "progress {:.4f}\n", now.share);
+      } else if (now.share > 0.0) {
+        status.show(progress_line(now, to_s(host_now() - started)));
+      }
+      return stops.count() == 0;
     });
   }();
-  if (!report) return report_failure(report.error());
+  if (!report) {
+    stops.end_program();
+    return report_failure(report.error());
+  }
   const double spent_s = std::max(to_s(host_now() - started), 1e-6);
   line.json ? print_json(*report, spent_s) : print_text(*report, spent_s);
   return kExitOk;
+}
+
+// The options that the command of each take has, too. It may run in another folder.
+std::vector<std::string> options_of(const RetrackCommandLine& line) {
+  std::vector<std::string> options;
+  const auto add_path = [&](const char* name, const std::filesystem::path& path) {
+    if (!path.empty()) options.insert(options.end(), {name, std::filesystem::absolute(path).string()});
+  };
+  add_path("--settings", line.order.others.settings);
+  add_path("--rig", line.order.others.rig);
+  add_path("--subjects", line.order.others.subjects);
+  if (!line.range_s.empty()) {
+    options.insert(options.end(), {"--range", fmt::format("{}", line.range_s[0]), fmt::format("{}", line.range_s[1])});
+  }
+  if (line.preset != "live") options.insert(options.end(), {"--preset", line.preset});
+  if (line.order.every_set) options.emplace_back("--every-set");
+  if (line.order.resume) options.emplace_back("--resume");
+  return options;
+}
+
+bool is_folder(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
+int run(const RetrackCommandLine& line) {
+  if (!line.range_s.empty() && !is_range(line.range_s)) {
+    fmt::print(stderr, "mocapctl: --range is {} {}, expected two times in s, from 0 on, the first one the smaller\n",
+               line.range_s[0], line.range_s[1]);
+    return kExitUsage;
+  }
+  RetrackTakes several = line.several;
+  const bool one = several.takes.size() == 1 && several.jobs == 0 && several.out_dir.empty() && several.farm.empty();
+  if (one && !is_folder(several.takes.front())) return run_one(line);
+  if (!line.order.out.empty()) {
+    fmt::print(stderr, "mocapctl: --out is for one take; expected --out-dir DIR for several\n");
+    return kExitUsage;
+  }
+  if (!several.farm.empty() && several.out_dir.empty()) {
+    fmt::print(stderr, "mocapctl: --farm needs --out-dir DIR, a folder that all machines of the farm see\n");
+    return kExitUsage;
+  }
+  several.options = options_of(line);
+  several.resume = line.order.resume;
+  several.json = line.json;
+  return retrack_takes(several);
 }
 
 }  // namespace
@@ -106,16 +171,45 @@ void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
   const auto line = std::make_shared<RetrackCommandLine>();
   RetrackOrder& order = line->order;
   cli::App* command =
-      take.add_subcommand("retrack", "track a take again from its blobs, as the daemon does, into a new take");
+      take.add_subcommand("retrack", "track takes again from their blobs, as the daemon does, into new takes");
   command->examples(
       "  mocapctl take retrack walk-3.mcap --out walk-3b.mcap\n"
       "  mocapctl take retrack walk-3.mcap --rig mended-rig.toml --out walk-3b.mcap\n"
       "  mocapctl take retrack walk-3.mcap --settings my.toml --subjects subjects --range 2 12.5 --json\n"
-      "  mocapctl take retrack walk-3.mcap --preset offline --out walk-3b.mcap");
-  command->add_option("take", order.take, "the recorded take")->required()->type_name("TAKE.mcap");
+      "  mocapctl take retrack walk-3.mcap --preset offline --out walk-3b.mcap\n"
+      "  mocapctl take retrack takes/*.mcap --rig mended-rig.toml --out-dir mended\n"
+      "      in several processes; go on after an interruption: the same with --resume\n"
+      "  mocapctl take retrack takes --out-dir again --farm slurm --jobs 20");
+  RetrackTakes& several = line->several;
+  command->add_option("take", several.takes, "the recorded takes, or folders of them")
+      ->required()
+      ->type_name("TAKE.mcap");
+  command
+      ->add_option("--out-dir", several.out_dir, "folder of the new takes, which have the names of the recorded ones")
+      ->type_name("DIR");
+  command
+      ->add_option("--jobs", several.jobs,
+                   "how many takes are tracked at a time, each by a process of its own; default for several takes: the "
+                   "number of processors")
+      ->check(cli::Range(1, 1024))
+      ->type_name("N");
+  cli::Option* farm =
+      command
+          ->add_option(
+              "--farm", several.farm,
+              "who tracks the takes, one task for each. slurm: a job array is submitted and waited for. parallel: "
+              "GNU parallel, here or on the hosts that $PARALLEL names. openjd: a job template for render "
+              "managers is written. Scripts and logs are in DIR/farm")
+          ->check(cli::IsMember({"slurm", "parallel", "openjd"}));
+  command->add_flag("--dry-run", several.dry_run, "with --farm: write the scripts, print the command, run nothing")
+      ->needs(farm);
+  command->add_flag("--resume", order.resume,
+                    "skip a take whose new take is there, whole, and made of the same recorded take, settings and "
+                    "options by this version");
   command
       ->add_option("--out", order.out,
-                   "the new take; an existing file is never replaced. default: TAKE-retracked.mcap in this folder")
+                   "the new take of one take; an existing file is never replaced. default: TAKE-retracked.mcap in this "
+                   "folder")
       ->type_name("NEW.mcap");
   command
       ->add_option("--settings", order.others.settings,
@@ -140,7 +234,9 @@ void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
       ->check(cli::IsMember({"live", "offline"}));
   command->add_flag("--every-set", order.every_set,
                     "form the sets anew from all images, with those that the daemon passed over");
-  command->add_flag("--json", line->json, "print JSON");
+  command->add_flag("--json", line->json, "print one line of JSON for each take");
+  command->add_flag("--progress", line->progress,
+                    "print lines \"progress SHARE\", 0 to 1, to standard error, for a program that waits");
   command->callback([line, &chosen] { chosen = [line] { return run(*line); }; });
 }
 

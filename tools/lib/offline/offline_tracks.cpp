@@ -105,7 +105,7 @@ Status OfflineTracks::add(const FrameSet& set) {
   return forward_.append(record);
 }
 
-Status OfflineTracks::finish(const std::function<void(double)>& progress) {
+Status OfflineTracks::finish(const std::function<bool(double)>& progress) {
   fusion_.reset();
   settings_ = std::make_unique<settings::DaemonSettings>(with_bodies(*settings_, fitted_));
   const auto fusion = assemble_fusion(*settings_);
@@ -130,8 +130,9 @@ Status OfflineTracks::finish(const std::function<void(double)>& progress) {
     Snapshot joined = both.join(forward, backward);
     joined.description_version = kDescriptionVersion;
     if (const Status kept = joined_.append(bytes_of(joined)); !kept) return kept;
-    if (joined_.size() % kSetsPerProgress == 0) {
-      progress(static_cast<double>(joined_.size()) / static_cast<double>(size()));
+    if (joined_.size() % kSetsPerProgress == 0 &&
+        !progress(static_cast<double>(joined_.size()) / static_cast<double>(size()))) {
+      return Error{ErrorCode::EndOfStream, "the backward pass was ended"};
     }
   }
   return {};

@@ -27,8 +27,9 @@ class OfflineTracks {
   /// A set; sets come in the order of their exposure. Fails with Io.
   Status add(const FrameSet& set);
 
-  /// The backward pass, after the last set. `progress`: share that is done, 0 to 1, once in 100 sets. Fails with Io.
-  Status finish(const std::function<void(double)>& progress);
+  /// The backward pass, after the last set. `progress`: share that is done, 0 to 1, once in 100 sets; if it returns
+  /// false, the pass ends and fails with EndOfStream. Fails with Io.
+  Status finish(const std::function<bool(double)>& progress);
 
   std::size_t size() const noexcept { return sets_.size(); }
   /// After `finish`, of the set with that index: decoded, so that covariances are absent. Fails with Io.

@@ -1,5 +1,7 @@
 #include "lib/retrack/new_take.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -10,7 +12,7 @@ namespace {
 
 constexpr const char* kOrigin = "retracked_from";
 // The texts of a recording that do not hold for the new take.
-constexpr const char* kOldKeys[] = {"quality", "quality_reasons", "quality_figures", "ended_early"};
+constexpr const char* kOldKeys[] = {"quality", "quality_reasons", "quality_figures", "ended_early", kMadeOf};
 
 take::TakeInfo info_of(const take::TakeReader& from, const std::filesystem::path& path, const Span& span,
                        const std::string& producer) {
@@ -41,23 +43,38 @@ void take_over_stamps(const v1::Snapshot& recorded, v1::Snapshot& into) {
 
 }  // namespace
 
-NewTake::NewTake(std::unique_ptr<take::TakeWriter> writer, take::TakeInfo info, const Span& span,
+NewTake::NewTake(PartFile part, std::unique_ptr<take::TakeWriter> writer, take::TakeInfo info, const Span& span,
                  Description description)
-    : writer_(std::move(writer)), info_(std::move(info)), span_(span), description_(std::move(description)) {
+    : part_(std::move(part)),
+      writer_(std::move(writer)),
+      info_(std::move(info)),
+      span_(span),
+      description_(std::move(description)) {
   meter_.describe(description_);
 }
 
 Result<NewTake> NewTake::create(const std::filesystem::path& path, const take::TakeReader& from, const Span& span,
-                                Description description, std::vector<TakeFile> files) {
+                                NewTakeStart content) {
   take::TakeStart start;
-  start.info = info_of(from, path, span, description.producer);
-  start.description = description;
-  start.files = std::move(files);
-  if (!take::check(start.info)) start.info.others.erase(kOrigin);  // no space is left for it
+  start.info = info_of(from, path, span, content.description.producer);
+  if (!content.made_of.empty()) start.info.others[kMadeOf] = std::move(content.made_of);
+  start.description = content.description;
+  start.files = std::move(content.files);
+  for (const char* key : {kOrigin, kMadeOf}) {
+    if (!take::check(start.info)) start.info.others.erase(key);  // no space is left for it
+  }
+  Result<PartFile> part = PartFile::begin(path);
+  if (!part) return part.error();
   // A crash costs nothing but the time to track the take once more.
-  Result<std::unique_ptr<take::TakeWriter>> writer = take::TakeWriter::create(path, start, {.sync = false});
+  Result<std::unique_ptr<take::TakeWriter>> writer = take::TakeWriter::create(part->path(), start, {.sync = false});
   if (!writer) return writer.error();
-  return NewTake(*std::move(writer), start.info, span, std::move(description));
+  if ((*writer)->path() != part->path().string()) {  // another process began it since
+    std::error_code ignored;
+    std::filesystem::remove((*writer)->path(), ignored);
+    part->forget();
+    return Error{ErrorCode::Busy, fmt::format("'{}' is being written by another process", path.string())};
+  }
+  return NewTake(*std::move(part), *std::move(writer), start.info, span, std::move(content.description));
 }
 
 Status NewTake::learn(const SubjectFit& fit, Timestamp at) {
@@ -99,7 +116,9 @@ Status NewTake::append(std::string_view topic, const take::TakeRecord& record) {
 Result<std::string> NewTake::finish() {
   take::add_quality(info_, meter_.report(), {});
   if (const Status finished = writer_->finish(info_); !finished) return finished.error();
-  return writer_->path();
+  Result<std::filesystem::path> path = part_.publish();
+  if (!path) return path.error();
+  return path->string();
 }
 
 }  // namespace mocap::retrack

@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "lib/retrack/part_file.h"
 #include "lib/retrack/set_source.h"
 #include "model/blob.h"
 #include "model/description.h"
@@ -27,13 +28,23 @@ struct Span {
   bool has(Timestamp at) const { return at >= from && at <= to; }
 };
 
+/// A key of the metadata of a take that was tracked again: what it was made of (`made_of`).
+inline constexpr const char* kMadeOf = "retracked_made_of";
+
+/// What a new take has from its start.
+struct NewTakeStart {
+  Description description;
+  std::vector<TakeFile> files = {};
+  std::string made_of = {};  ///< for kMadeOf; empty: left out
+};
+
 /// Writes a take that is tracked again: its new snapshots, and the images, health and events of the recording within a
-/// span.
+/// span. The file has its name from `finish` on; before, it is a PartFile.
 class NewTake {
  public:
-  /// Creates the file. Fails as TakeWriter::create does.
+  /// Creates the file. Fails as PartFile::begin and TakeWriter::create do.
   static Result<NewTake> create(const std::filesystem::path& path, const take::TakeReader& from, const Span& span,
-                                Description description, std::vector<TakeFile> files);
+                                NewTakeStart start);
 
   /// The description that applies from the next snapshot on.
   Status learn(const SubjectFit& fit, Timestamp at);
@@ -46,12 +57,14 @@ class NewTake {
   /// A health report or an event, as it was recorded.
   Status append(std::string_view topic, const take::TakeRecord& record);
 
-  /// Writes quality and index. Returns the path.
+  /// Writes quality and index, and gives the file its name. Returns the path. Fails as PartFile::publish and with Io.
   Result<std::string> finish();
 
  private:
-  NewTake(std::unique_ptr<take::TakeWriter> writer, take::TakeInfo info, const Span& span, Description description);
+  NewTake(PartFile part, std::unique_ptr<take::TakeWriter> writer, take::TakeInfo info, const Span& span,
+          Description description);
 
+  PartFile part_;  // outlives the writer
   std::unique_ptr<take::TakeWriter> writer_;
   take::TakeInfo info_;
   Span span_;

@@ -11,6 +11,7 @@
 #include "assemble.h"
 #include "lib/offline/offline_tracks.h"
 #include "lib/retrack/aligned_sets.h"
+#include "lib/retrack/made_of.h"
 #include "lib/retrack/new_take.h"
 #include "lib/retrack/recorded_sets.h"
 #include "take/take_name.h"
@@ -70,15 +71,36 @@ Result<bool> begins_with_run(const take::TakeReader& take, const Description& fi
   return snapshot && std::to_string(snapshot->number()) == known->second;
 }
 
-Status check_new_file(const fs::path& out) {
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+Status check_new_file(const RetrackOrder& order) {
+  const fs::path& out = order.out;
   if (out.extension() != ".mcap") {
     return wrong(fmt::format("--out is '{}', expected a name that ends in .mcap", out.string()));
   }
-  std::error_code ignored;
-  if (!fs::exists(out, ignored)) return {};
+  if (order.resume || !is_there(out)) return {};
   const fs::path folder = out.parent_path().empty() ? fs::path(".") : out.parent_path();
   return wrong(fmt::format("'{}' exists; the next free name is '{}'", out.string(),
                            (out.parent_path() / (take::free_name(folder, out.stem().string()) + ".mcap")).string()));
+}
+
+// What is told of a new take that an earlier order made.
+Result<RetrackReport> keep(const RetrackOrder& order, const std::string& digest) {
+  const Result<bool> same = is_made_of(order.out, digest);
+  if (!same) return same.error();
+  if (!*same) {
+    return wrong(fmt::format(
+        "'{}' exists, but is damaged or was made of another take, with other settings or by another version; "
+        "it is kept: move it away or choose another name",
+        order.out.string()));
+  }
+  RetrackReport report;
+  report.path = order.out.string();
+  report.kept = true;
+  return report;
 }
 
 // Makes the snapshot of each set, in the order of the sets.
@@ -144,7 +166,7 @@ class Tracking {
         tracker_(tracker),
         into_(into) {}
 
-  Status run(const Span& span, const std::function<void(const RetrackProgress&)>& progress) {
+  Status run(const Span& span, const GoOn& progress) {
     take::TakeCursor cursor = take_.messages();
     for (;;) {
       const Result<std::optional<TakeRecord>> record = cursor.next();
@@ -209,13 +231,14 @@ class Tracking {
     return {};
   }
 
-  Status track_sets(Timestamp read_up_to, const Span& span,
-                    const std::function<void(const RetrackProgress&)>& progress) {
+  Status track_sets(Timestamp read_up_to, const Span& span, const GoOn& progress) {
     while (const std::optional<TakeSet> set = sets_->next(read_up_to)) {
       is_behind_ = set->frames.exposed_at > span.to;
       if (is_behind_) return {};
       if (const Status tracked = track(*set); !tracked) return tracked;
-      if (report_.sets % kSetsPerProgress == 0) progress({share_of(set->frames.exposed_at), report_.sets});
+      if (report_.sets % kSetsPerProgress == 0 && !progress({share_of(set->frames.exposed_at), report_.sets})) {
+        return Error{ErrorCode::EndOfStream, "the tracking was ended"};
+      }
     }
     return {};
   }
@@ -271,16 +294,14 @@ std::unique_ptr<SetSource> source_of(const RetrackOrder& order, const take::Take
 }
 
 // Reports a part of the work as its share of the whole.
-std::function<void(const RetrackProgress&)> from_share(double from, double to,
-                                                       const std::function<void(const RetrackProgress&)>& progress) {
-  return [=](const RetrackProgress& part) { progress({from + (to - from) * part.share, part.sets}); };
+GoOn from_share(double from, double to, const GoOn& progress) {
+  return [=](const RetrackProgress& part) { return progress({from + (to - from) * part.share, part.sets}); };
 }
 
 // The sets of the whole take, tracked forwards and backwards.
 Result<std::unique_ptr<offline::OfflineTracks>> collect(const RetrackOrder& order, const take::TakeReader& take,
                                                         const settings::DaemonSettings& settings,
-                                                        const std::vector<CameraId>& ids,
-                                                        const std::function<void(const RetrackProgress&)>& progress) {
+                                                        const std::vector<CameraId>& ids, const GoOn& progress) {
   auto tracks = offline::OfflineTracks::create(settings, order.out.parent_path());
   if (!tracks) return tracks.error();
   OfflineTracker tracker(**tracks);
@@ -288,7 +309,7 @@ Result<std::unique_ptr<offline::OfflineTracks>> collect(const RetrackOrder& orde
   const Status read = reading.run({}, from_share(0.0, kShareOfCollecting, progress));
   if (!read) return read.error();
   const auto passed = from_share(kShareOfCollecting, kShareOfCollecting + kShareOfBackward, progress);
-  const Status back = (*tracks)->finish([&](double share) { passed({share, reading.report().sets}); });
+  const Status back = (*tracks)->finish([&](double share) { return passed({share, reading.report().sets}); });
   if (!back) return back.error();
   return tracks;
 }
@@ -303,8 +324,8 @@ Span span_of(const RetrackOrder& order, const take::TakeReader& take) {
 
 }  // namespace
 
-Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<void(const RetrackProgress&)>& progress) {
-  if (const Status is_new = check_new_file(order.out); !is_new) return is_new.error();
+Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
+  if (const Status is_new = check_new_file(order); !is_new) return is_new.error();
   const Result<take::TakeReader> take = take::TakeReader::open(order.take);
   if (!take) return take.error();
   if (!has_images(*take)) {
@@ -321,6 +342,10 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<voi
   if (!loaded) return loaded.error();
   settings::DaemonSettings& settings = *loaded->settings;
   if (!*from_start && order.others.subjects.empty()) use_bodies(*recorded, settings);
+
+  const Result<std::string> digest = made_of(order, loaded->files, describe(settings, "").producer);
+  if (!digest) return digest.error();
+  if (order.resume && is_there(order.out)) return keep(order, *digest);
 
   const std::vector<CameraId> ids = ids_in(settings, *recorded);
   if (std::ranges::none_of(ids, [](CameraId id) { return id.names_something(); })) {
@@ -340,7 +365,7 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<voi
     tracker = std::make_unique<LiveTracker>(settings);
   }
   const Description description = describe(tracks ? tracks->settings() : settings, recorded->session_id);
-  Result<NewTake> into = NewTake::create(order.out, *take, span, description, std::move(loaded->files));
+  Result<NewTake> into = NewTake::create(order.out, *take, span, {description, std::move(loaded->files), *digest});
   if (!into) return into.error();
   Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), *tracker, &*into);
   const double written = order.offline ? kShareOfCollecting + kShareOfBackward : 0.0;

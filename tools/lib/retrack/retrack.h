@@ -20,6 +20,7 @@ struct RetrackOrder {
   std::optional<Duration> from = {}, to = {};
   bool offline = false;    ///< tracked forwards and backwards: subjects from the start on, gaps filled from both sides
   bool every_set = false;  ///< sets are formed anew of all images, instead of those that the daemon fused
+  bool resume = false;     ///< if the new take is there, whole and made of the same (`made_of`), nothing is done
 };
 
 struct RetrackProgress {
@@ -37,13 +38,18 @@ struct RetrackReport {
   std::uint64_t missing_views = 0;                ///< images of sets that the take does not have
   std::uint64_t damaged = 0;                      ///< messages that were left out
   bool from_start_of_run = false;                 ///< the take has the first set of its run
+  bool kept = false;                              ///< the new take was there already: nothing was tracked
 };
 
+/// Called about once in 100 sets. False: the work ends, no new take is left.
+using GoOn = std::function<bool(const RetrackProgress&)>;
+
 /// Tracks a take again with the parts of the daemon, and writes a new take. Reads no clock: the same take and settings
-/// give the same snapshots. `progress` is called about once in 100 sets.
+/// give the same snapshots. The new take has its name once it is whole (PartFile).
 ///
-/// Fails as TakeReader::open, load_take_settings and TakeWriter::create do, and with InvalidArgument if the new file
-/// exists, if the take has no images, or if the settings have none of its cameras.
-Result<RetrackReport> retrack(const RetrackOrder& order, const std::function<void(const RetrackProgress&)>& progress);
+/// Fails as TakeReader::open, load_take_settings and NewTake::create do, with InvalidArgument if the new file exists
+/// (and is not what `resume` is for), if the take has no images, or if the settings have none of its cameras, and with
+/// EndOfStream if `progress` ended the work.
+Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress);
 
 }  // namespace mocap::retrack

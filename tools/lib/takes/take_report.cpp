@@ -98,7 +98,8 @@ std::vector<std::filesystem::path> takes_in(std::vector<std::filesystem::path> p
       continue;
     }
     for (const auto& entry : std::filesystem::directory_iterator(place, error)) {
-      if (entry.path().extension() == ".mcap") takes.push_back(entry.path());
+      const bool is_hidden = entry.path().filename().string().starts_with('.');  // a take that is not whole yet
+      if (entry.path().extension() == ".mcap" && !is_hidden) takes.push_back(entry.path());
     }
   }
   std::sort(takes.begin(), takes.end());

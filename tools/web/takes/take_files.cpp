@@ -158,7 +158,8 @@ Result<ordered_json> list_takes(const fs::path& folder) {
   std::vector<DatedFile> files;
   for (fs::directory_iterator at(folder, error); !error && at != fs::directory_iterator(); at.increment(error)) {
     std::error_code gone;
-    if (at->path().extension() == ".mcap" && at->symlink_status(gone).type() == fs::file_type::regular)
+    const bool is_hidden = at->path().filename().string().starts_with('.');  // `take_file` does not find it
+    if (at->path().extension() == ".mcap" && !is_hidden && at->symlink_status(gone).type() == fs::file_type::regular)
       files.push_back({at->path(), at->last_write_time(gone)});
   }
   if (error) {

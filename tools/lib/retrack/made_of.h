@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "lib/retrack/retrack.h"
+#include "model/take_file.h"
+
+namespace mocap::retrack {
+
+/// SHA-256, in hexadecimal digits, of all that decides the messages of a new take: the bytes of the recorded take, the
+/// files of the settings in force, the options of the order, and `producer`, the version of the program. Two new takes
+/// with the same digest have the same messages. Fails with NotFound and Io (the take).
+Result<std::string> made_of(const RetrackOrder& order, const std::vector<TakeFile>& settings_files,
+                            const std::string& producer);
+
+/// Whether a take is whole (every checksum and message is right) and was made of this. Fails as take::verify_take.
+Result<bool> is_made_of(const std::filesystem::path& take, const std::string& digest);
+
+}  // namespace mocap::retrack
