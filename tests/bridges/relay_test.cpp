@@ -93,10 +93,10 @@ TEST_F(RelayCredentials, OfAnotherContentAreRefused) {
   EXPECT_EQ(read_credentials(folder_.path() / "none").error().code, ErrorCode::NotFound);
 }
 
-std::string lite_payload(std::uint8_t first_bone) {
+std::string lite_payload(int first_bone) {
   wire::Lite lite;
   lite.subject_bones = 100;
-  lite.first_bone = first_bone;
+  lite.first_bone = static_cast<std::uint8_t>(first_bone);
   std::array<std::uint8_t, wire::kMaxLite_bytes> bytes{};
   const std::size_t size = encode_lite(lite, bytes);
   return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)};
@@ -134,10 +134,10 @@ TEST(RelayNewest, TheDescriptionIsFirstAndNeverADrop) {
 
 TEST(RelayNewest, KeepsEachPartOfASubject) {
   Newest newest;
-  for (const std::uint8_t first_bone : {0, 27, 0, 27, 54}) newest.put({"lite/anna", lite_payload(first_bone)}, 1);
+  for (const int first_bone : {0, 27, 0, 27, 54}) newest.put({"lite/anna", lite_payload(first_bone)}, 1);
 
   EXPECT_EQ(newest.dropped(), 2U);
-  for (const std::uint8_t first_bone : {0, 27, 54}) EXPECT_EQ(newest.take(0)->payload, lite_payload(first_bone));
+  for (const int first_bone : {0, 27, 54}) EXPECT_EQ(newest.take(0)->payload, lite_payload(first_bone));
 }
 
 TEST(RelayNewest, DropsWhatHasWaitedTooLong) {
