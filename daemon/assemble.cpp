@@ -66,10 +66,10 @@ void log_usb_loads(const settings::DaemonSettings& settings) {
 }
 
 // A topic for each subject that a reload may add.
-Result<std::unique_ptr<Publisher>> open_publisher(const settings::DaemonSettings& settings) {
+Result<std::unique_ptr<Publisher>> open_publisher(const settings::DaemonSettings& settings, AuditTrail* audit) {
   wire::PublisherSettings feed = settings.publish;
   feed.subjects = kMaxSubjects;
-  return wire::make_zmq_publisher(feed);
+  return wire::make_zmq_publisher(feed, audit);
 }
 
 // Empty if the configuration has no control endpoint.
@@ -80,11 +80,11 @@ std::string control_endpoint(const settings::DaemonSettings& settings) {
 }
 
 // Null if the configuration has no control endpoint.
-Result<std::unique_ptr<ControlServer>> open_control(const settings::DaemonSettings& settings) {
+Result<std::unique_ptr<ControlServer>> open_control(const settings::DaemonSettings& settings, AuditTrail* audit) {
   wire::ControlSettings listening = settings.control;
   listening.endpoint = control_endpoint(settings);
   if (listening.endpoint.empty()) return std::unique_ptr<ControlServer>{};
-  Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening);
+  Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening, audit);
   if (!control) return control.error();
   return std::unique_ptr<ControlServer>(std::move(*control));
 }
@@ -164,10 +164,10 @@ std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& se
 }
 
 // Null if this daemon is no node.
-Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& settings) {
+Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& settings, AuditTrail* audit) {
   if (!settings.node.on()) return std::unique_ptr<NodeServer>{};
   Result<std::unique_ptr<wire::ZmqNodeServer>> node =
-      wire::ZmqNodeServer::open({settings.node, is_replay(settings), control_endpoint(settings)});
+      wire::ZmqNodeServer::open({settings.node, is_replay(settings), control_endpoint(settings)}, audit);
   if (!node) return node.error();
   return std::unique_ptr<NodeServer>(std::move(*node));
 }
@@ -228,8 +228,9 @@ bool is_replay(const settings::DaemonSettings& settings) {
                              [](const cameras::CameraSettings& camera) { return facts_of(camera).recorded_time; });
 }
 
-Result<Assembly> assemble(const settings::DaemonSettings& settings) {
+Result<Assembly> assemble(const settings::DaemonSettings& settings, AuditTrail* audit) {
   Assembly made;
+  made.parts.audit = audit;
   made.settings = settings.pipeline;
   made.settings.lossless = is_replay(settings);
   made.shared = std::make_unique<SharedByCameras>();
@@ -244,10 +245,10 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   made.parts.description = describe(settings, session_id(made.settings.lossless));
   if (!settings.subject_models.empty()) made.parts.explainer = assemble_explainer(settings);
 
-  Result<std::unique_ptr<Publisher>> publisher = open_publisher(settings);
+  Result<std::unique_ptr<Publisher>> publisher = open_publisher(settings, audit);
   if (!publisher) return publisher.error();
   made.parts.publisher = std::move(*publisher);
-  Result<std::unique_ptr<ControlServer>> control = open_control(settings);
+  Result<std::unique_ptr<ControlServer>> control = open_control(settings, audit);
   if (!control) return control.error();
   made.parts.control = std::move(*control);
   if (Status opened = open_snapshots(settings, made.parts.description, made.parts.writers); !opened) {
@@ -263,7 +264,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings) {
   if (!trigger) return trigger.error();
   made.parts.trigger = std::move(*trigger);
   made.parts.timecode = make_timecode(settings);
-  Result<std::unique_ptr<NodeServer>> node = open_node(settings);
+  Result<std::unique_ptr<NodeServer>> node = open_node(settings, audit);
   if (!node) return node.error();
   made.parts.node = std::move(*node);
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
@@ -290,7 +291,7 @@ Handover handover_between(const settings::DaemonSettings& before, const settings
 
 Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
                                                 const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
-                                                SharedByCameras& shared) {
+                                                SharedByCameras& shared, AuditTrail* audit) {
   runtime::PipelineChange change;
   change.settings = now.pipeline;
   change.settings.lossless = is_replay(now);
@@ -304,8 +305,8 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   change.fusion = assemble_fusion(now);
   change.description = describe(now, session_id(change.settings.lossless));
   if (!now.subject_models.empty()) change.explainer = assemble_explainer(now);
-  if (!settings::same_feed(before, now)) change.open_publisher = [&now] { return open_publisher(now); };
-  if (!settings::same_control(before, now)) change.open_control = [&now] { return open_control(now); };
+  if (!settings::same_feed(before, now)) change.open_publisher = [&now, audit] { return open_publisher(now, audit); };
+  if (!settings::same_control(before, now)) change.open_control = [&now, audit] { return open_control(now, audit); };
   if (!settings::same_section(before, now, "trigger") || records_takes(before) != records_takes(now)) {
     change.open_trigger = [&now] { return open_trigger(now); };
   }

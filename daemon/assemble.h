@@ -9,6 +9,7 @@
 #include "base/time.h"
 #include "fusion/fusion.h"
 #include "model/handover.h"
+#include "module/audit_trail.h"
 #include "module/search_explainer.h"
 #include "runtime/pipeline.h"
 #include "settings/daemon_settings.h"
@@ -24,15 +25,15 @@ struct Assembly {
 
 /// Constructs all parts according to the settings, and opens the feed's port and the recording files. Only assemble.cpp
 /// and assemble_camera.cpp know which implementations of the interfaces exist. The settings outlive the assembly. Fails
-/// with the error of the first part that cannot be constructed.
-Result<Assembly> assemble(const settings::DaemonSettings& settings);
+/// with the error of the first part that cannot be constructed. `audit`: outlives the pipeline; null: nothing is noted.
+Result<Assembly> assemble(const settings::DaemonSettings& settings, AuditTrail* audit = nullptr);
 
 /// Constructs the change of a running pipeline from one configuration to another: only the parts that must differ.
 /// Opens new recordings; cameras and ports are opened by the change. `shared`: of the Assembly of the run. Fails, with
 /// no effect on the pipeline, if a part cannot be constructed. Requires is_replay() of both to be equal.
 Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& before,
                                                 const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
-                                                SharedByCameras& shared);
+                                                SharedByCameras& shared, AuditTrail* audit = nullptr);
 
 /// The description of a run with these settings, before any fit. `session_id`: of the run.
 Description describe(const settings::DaemonSettings& settings, std::string session_id);

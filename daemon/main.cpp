@@ -18,10 +18,13 @@
 #include <vector>
 
 #include "assemble.h"
+#include "audit/audit_file.h"
+#include "audit_changes.h"
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "reload.h"
 #include "run_log.h"
+#include "runtime/audit_worker.h"
 #include "runtime/pipeline.h"
 #include "runtime/process/realtime.h"
 #include "runtime/process/service.h"
@@ -172,9 +175,23 @@ bool must_restart(const settings::DaemonSettings& before, const settings::Daemon
          (is_node && !(settings::same_section(before, now, "node") && settings::same_section(before, now, "security")));
 }
 
+std::vector<std::pair<std::string, std::string>> outcome_of(const runtime::MainDone& answer) {
+  return {{"order", "reload"}, {"outcome", answer.done ? "done" : "invalid"}, {"answer", answer.message}};
+}
+
+// Notes each setting that changed, in the log before the change; then the log may be another one.
+void note_changes(const settings::DaemonSettings& before, const settings::DaemonSettings& now, const AuditActor& who,
+                  runtime::AuditWorker& audit) {
+  for (AuditEntry& entry : audit_changes(before, now)) {
+    entry.who = who;
+    audit.note(std::move(entry));
+  }
+  if (!(before.audit == now.audit)) audit.change(audit::make_audit_writer(now.audit));
+}
+
 // Executes a request to change the configuration, and answers it.
 Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration, const ChangeRequest& request,
-                       SharedByCameras& shared) {
+                       SharedByCameras& shared, runtime::AuditWorker& audit) {
   runtime::MainDone answer;
   std::unique_ptr<settings::DaemonSettings> before;
   std::optional<runtime::PipelineChange> change;
@@ -184,7 +201,8 @@ Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration
     restarts = must_restart(*before, *configuration.settings);
     make_record_folders(configuration);
     if (!restarts) {
-      Result<runtime::PipelineChange> made = assemble_change(*before, *configuration.settings, pipeline, shared);
+      Result<runtime::PipelineChange> made =
+          assemble_change(*before, *configuration.settings, pipeline, shared, &audit);
       if (made) {
         change = std::move(*made);
       } else {
@@ -195,6 +213,9 @@ Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration
     }
   }
   answer.change_follows = restarts || change.has_value();
+  const AuditActor who = request.by_signal ? AuditActor{.name = "SIGHUP"} : request.order.by;
+  if (request.by_signal) audit.note({.what = "ordered", .who = who, .details = outcome_of(answer)});
+  if (restarts || change) note_changes(*before, *configuration.settings, who, audit);
   if (request.by_signal) {
     log_reload(answer);
   } else {
@@ -212,9 +233,10 @@ Outcome change_running(runtime::Pipeline& pipeline, Configuration& configuration
 
 // Runs one pipeline, through all changes of its configuration. Returns the exit code at the end of the run, or nothing
 // if the pipeline must be constructed anew.
-std::optional<int> serve_once(Configuration& configuration, runtime::Service& service, const Signals& signals) {
+std::optional<int> serve_once(Configuration& configuration, runtime::Service& service, const Signals& signals,
+                              runtime::AuditWorker& audit) {
   make_record_folders(configuration);
-  Result<Assembly> assembly = assemble(*configuration.settings);
+  Result<Assembly> assembly = assemble(*configuration.settings, &audit);
   if (!assembly) {
     log_error("mocapd", assembly.error().message);
     return exit_code_of(assembly.error().code);
@@ -229,7 +251,7 @@ std::optional<int> serve_once(Configuration& configuration, runtime::Service& se
   while (outcome == Outcome::Runs) {
     const std::optional<ChangeRequest> request = run_until_asked(pipeline, log, service, signals);
     if (!request) break;
-    outcome = change_running(pipeline, configuration, *request, *assembly->shared);
+    outcome = change_running(pipeline, configuration, *request, *assembly->shared, audit);
     log = RunLog(*configuration.settings);
   }
   if (outcome != Outcome::Restarts) service.stopping();
@@ -244,8 +266,14 @@ int serve(Configuration configuration) {
   const Signals signals;
   ignore_write_signals();
   runtime::Service service;
+  runtime::AuditWorker audit(audit::make_audit_writer(configuration.settings->audit));
+  audit.note(
+      {.what = "started", .details = {{"version", MOCAP_VERSION}, {"configuration", configuration.file.string()}}});
   for (;;) {
-    if (const std::optional<int> exit = serve_once(configuration, service, signals)) return *exit;
+    const std::optional<int> exit = serve_once(configuration, service, signals, audit);
+    if (!exit) continue;
+    audit.note({.what = "ended", .details = {{"exit_code", std::to_string(*exit)}}});
+    return *exit;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "model/audit.h"
 #include "model/calibration/calibration_order.h"
 #include "model/calibration/calibration_report.h"
 #include "model/description.h"
@@ -54,6 +55,7 @@ struct ControlRequest {
   double residual_m = 0.0;                        ///< FitSubject
   TakeOrder take;                                 ///< Take; its `number` is not used
   CalibrationOrder calibration;                   ///< GetCalibration, Calibrate; its `number` is not used
+  AuditActor by;                                  ///< who asks; set by the ControlServer
 };
 
 enum class ControlCode { Done, Invalid, NotFound, Forbidden, Unsupported, Timeout, Failed };

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "model/audit.h"
 #include "model/blob_use.h"
 #include "model/clock_source.h"
 #include "model/detection_counts.h"
@@ -124,6 +125,7 @@ struct Health {
   TakeHealth take;                     ///< the take that is recorded, or the last one
   std::vector<SearchHealth> searches;  ///< subjects that are not found, with the reason
   TimecodeHealth timecode;             ///< the source of timecode, if there is one
+  AuditHealth audit;                   ///< the audit log
 };
 
 }  // namespace mocap

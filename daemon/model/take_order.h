@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "model/audit.h"
 #include "model/shot.h"
 #include "model/timecode.h"
 
@@ -27,6 +28,7 @@ struct TakeOrder {
   /// Start, Next: the take starts at this timecode; only hours to frames count. Empty: at once.
   std::optional<Timecode> at_timecode = {};
   std::vector<Shot> shots = {};  ///< ImportShots
+  AuditActor by = {};            ///< who ordered
 };
 
 enum class TakeOutcome { Done, Invalid, NotFound, Failed };

@@ -10,6 +10,7 @@
 #include "base/bounded_vector.h"
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
+#include "model/audit.h"
 #include "model/calibration/calibration_report.h"
 #include "model/description.h"
 #include "model/health.h"
@@ -65,6 +66,7 @@ struct MainOrder {
   std::optional<CalibratedRig> rig;             ///< a rig to write and use
   std::string restore;                          ///< name of an earlier rig to use again; empty: none
   bool list_rigs = false;                       ///< lists the earlier rigs, and changes nothing
+  AuditActor by;                                ///< who ordered
 };
 
 /// Answer of the main thread; the message may have several lines.

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "base/log.h"
+#include "runtime/audit_orders.h"
 #include "runtime/stop_check.h"
 
 namespace mocap::runtime {
@@ -18,6 +19,7 @@ constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a camera restar
 // A take ends when the disk has all of it.
 constexpr Duration kTakePatience = std::chrono::seconds(30);
 constexpr Duration kMaskPatience = std::chrono::seconds(60);
+constexpr Duration kAuditPatience = std::chrono::seconds(1);
 constexpr Duration kAnswerPollPeriod = std::chrono::milliseconds(1);
 constexpr std::uint32_t kMaskImages = 100;
 constexpr double kMostCovered = 0.2;  // fraction of the image; a lamp with a larger mask should be shaded
@@ -89,8 +91,17 @@ void ControlWorker::run(const std::stop_token& stop) {
     const std::optional<ControlRequest> request = server_->next(kStopCheckPeriod);
     if (!request) continue;
     receive_updates();
-    server_->answer(execute(*request, stop));
+    asker_ = request->by;
+    const ControlAnswer answer = execute(*request, stop);
+    if (!only_looks(request->action)) note_order(*request, answer);
+    server_->answer(answer);
   }
+}
+
+// An order is in the audit log before it is answered (audit/decisions/0001). If the disk is slow, the answer waits for
+// it; if it is full, the entry waits in memory.
+void ControlWorker::note_order(const ControlRequest& request, const ControlAnswer& answer) {
+  if (links_.audit != nullptr) static_cast<void>(links_.audit->write(entry_of(request, answer), kAuditPatience));
 }
 
 void ControlWorker::receive_updates() {
@@ -337,6 +348,7 @@ ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std
     return failure(ControlCode::Unsupported, "this run records no takes: its images come from recordings");
   }
   TakeOrder order = request.take;
+  order.by = request.by;
   order.number = ++orders_;
   if (!links_.takes->orders.try_push(order)) return not_answered("the recorder");
   links_.takes->ordered.signal();
@@ -357,6 +369,7 @@ ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std
 ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
   const std::uint64_t number = order.number = ++orders_;
+  order.by = asker_;
   const bool lists = order.list_rigs;
   if (!control.to_main.try_push(std::move(order))) return not_answered("the daemon");
   const Timestamp begun = host_now();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/control.h"
+#include "module/audit_trail.h"
 #include "module/control_server.h"
 #include "runtime/calibration_worker.h"
 #include "runtime/camera/camera_worker.h"
@@ -26,6 +27,7 @@ class ControlWorker {
     std::vector<CameraChannel*> cameras;        ///< by CameraId
     TakeChannel* takes = nullptr;               ///< may be null: no takes are recorded
     CalibrationChannel* calibration = nullptr;  ///< may be null: nothing is calibrated
+    AuditTrail* audit = nullptr;                ///< may be null: orders are not noted
   };
 
   /// `lossless`: the run is a replay, which cannot be stopped and started.
@@ -45,6 +47,7 @@ class ControlWorker {
 
  private:
   ControlAnswer execute(const ControlRequest& request, const std::stop_token& stop);
+  void note_order(const ControlRequest& request, const ControlAnswer& answer);
   void receive_updates();
   ControlAnswer status() const;
   ControlAnswer next_snapshot(const std::stop_token& stop);
@@ -75,6 +78,7 @@ class ControlWorker {
   std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
+  AuditActor asker_;                     // of the request that is executed
   std::uint64_t calibration_order_ = 0;  // number of the newest order to the calibration
   CalibrationReport calibration_;        // the newest
 };

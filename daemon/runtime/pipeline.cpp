@@ -19,6 +19,7 @@ std::vector<std::string> subject_names(const Description& description) {
 
 Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
     : settings_(with_lossless(std::move(settings))),
+      audit_(parts.audit),
       description_(std::move(parts.description)),
       records_blobs_(parts.blob_writer != nullptr),
       records_takes_(parts.takes != nullptr),
@@ -140,11 +141,12 @@ PublishWorker::Links Pipeline::publish_links() {
           search_.get(),
           records_takes_ ? &take_channel_ : nullptr,
           timecode_worker_ ? &timecode_channel_ : nullptr,
-          preview_worker_ ? &preview_channel_ : nullptr};
+          preview_worker_ ? &preview_channel_ : nullptr,
+          audit_};
 }
 
 ControlWorker::Links Pipeline::control_links() {
-  return {control_.get(), borrow_channels(), records_takes_ ? &take_channel_ : nullptr, calibration_.get()};
+  return {control_.get(), borrow_channels(), records_takes_ ? &take_channel_ : nullptr, calibration_.get(), audit_};
 }
 
 std::vector<const RecordingProgress*> Pipeline::recordings() const {

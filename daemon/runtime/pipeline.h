@@ -9,6 +9,7 @@
 #include "fusion/fusion.h"
 #include "model/description.h"
 #include "model/handover.h"
+#include "module/audit_trail.h"
 #include "module/blob_writer.h"
 #include "module/control_server.h"
 #include "module/node_server.h"
@@ -52,6 +53,7 @@ struct PipelineParts {
   std::unique_ptr<PreviewEncoder> preview_encoder = {};  ///< none: no previews are made
   std::unique_ptr<NodeServer> node = {};                 ///< none: this daemon is no node; continues in a change
   std::unique_ptr<RigCalibrator> calibrator = {};        ///< none: nothing is calibrated
+  AuditTrail* audit = nullptr;                           ///< outlives the pipeline; null: nothing is noted
 };
 
 /// How a camera continues in the next configuration.
@@ -210,6 +212,7 @@ class Pipeline {
   void start_control();
 
   PipelineSettings settings_;
+  AuditTrail* audit_;
   Description description_;  // of the configuration, with the bodies that were in force at its start
   bool records_blobs_ = false;
   WakeSignal wake_fusion_;

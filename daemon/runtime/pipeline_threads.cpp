@@ -110,7 +110,7 @@ void Pipeline::set_takes(std::unique_ptr<TakeRecorder> recorder) {
   if (!recorder) return;
   to_takes_ = std::make_unique<SnapshotChannel>(kTakeSnapshots);
   take_worker_ = std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, take_channel_,
-                                              timecode_channel_, wake_take_);
+                                              timecode_channel_, wake_take_, audit_);
 }
 
 void Pipeline::start_takes() {

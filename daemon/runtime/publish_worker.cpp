@@ -238,6 +238,7 @@ void PublishWorker::gather_health(Timestamp now) {
   health_.latency_totals = latency_.totals();
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) gather_camera(i, seconds);
   health_.feed = publisher_->feed();
+  if (links_.audit != nullptr) health_.audit = links_.audit->health();
   gather_recordings();
   if (links_.takes != nullptr) {
     while (links_.takes->states.try_pop(health_.take)) {

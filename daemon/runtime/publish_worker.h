@@ -7,6 +7,7 @@
 
 #include "model/description.h"
 #include "model/health.h"
+#include "module/audit_trail.h"
 #include "module/publisher.h"
 #include "runtime/camera/camera_faults.h"
 #include "runtime/fusion_worker.h"
@@ -39,6 +40,7 @@ class PublishWorker : public Pausable {
     TakeChannel* takes = nullptr;         ///< may be null: no takes are recorded
     TimecodeChannel* timecode = nullptr;  ///< may be null: there is no source of timecode
     PreviewChannel* previews = nullptr;   ///< may be null: no previews are made
+    const AuditTrail* audit = nullptr;    ///< may be null: there is no audit log
   };
 
   PublishWorker(std::unique_ptr<Publisher> publisher, Description description, PublishWorkerSettings settings,

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "runtime/audit_orders.h"
+
 namespace mocap::runtime {
 namespace {
 
@@ -13,16 +15,20 @@ constexpr Duration kReportPeriod = std::chrono::milliseconds(250);
 // thread.
 constexpr std::uint64_t kOfTrigger = std::uint64_t{1} << 63U;
 
+bool is_open(TakeState state) { return state == TakeState::Waiting || state == TakeState::Recording; }
+
 }  // namespace
 
 TakeWorker::TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras,
-                       SnapshotChannel& snapshots, TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake)
+                       SnapshotChannel& snapshots, TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake,
+                       AuditTrail* audit)
     : recorder_(std::move(recorder)),
       cameras_(std::move(cameras)),
       snapshots_(snapshots),
       channel_(channel),
       timecode_(timecode),
-      wake_(wake) {}
+      wake_(wake),
+      audit_(audit) {}
 
 void TakeWorker::change(const Description& description, std::vector<TakeFile> files,
                         std::vector<CameraChannel*> cameras) {
@@ -74,22 +80,58 @@ void TakeWorker::run_disk(const std::stop_token& stop) {
     follow_orders();
     recorder_->work(host_now());
     report(host_now());
+    note_takes();
     pass_answers();
     tell_changes();
-    const bool busy = reported_ == TakeState::Waiting || reported_ == TakeState::Recording;
+    const bool busy = is_open(reported_);
     channel_.ordered.wait(ticket, busy ? kDiskPeriod : kStopCheckPeriod);
   }
 }
 
 void TakeWorker::follow_orders() {
   TakeOrder order;
-  while (channel_.orders.try_pop(order)) recorder_->follow(order, host_now());
+  while (channel_.orders.try_pop(order)) {
+    remember_actor(order);
+    recorder_->follow(order, host_now());
+  }
   while (channel_.trigger_orders.try_pop(order)) {
     const std::uint64_t number = order.number;
+    remember_actor(order);
+    if (audit_ != nullptr) audit_->note(entry_of(order));
     order.number |= kOfTrigger;
     recorder_->follow(order, host_now());
     if (!pass_answers(number)) tell({number, std::nullopt, recorder_->health()});
   }
+}
+
+void TakeWorker::finish() {
+  recorder_->finish(host_now());
+  note_takes();
+}
+
+void TakeWorker::remember_actor(const TakeOrder& order) {
+  const TakeAction action = order.action;
+  if (action == TakeAction::Start || action == TakeAction::Next) starter_ = order.by;
+  if (action == TakeAction::Stop || action == TakeAction::Cancel || action == TakeAction::Next) ender_ = order.by;
+}
+
+// Notes each take that began or ended since the last call. A take that ends by itself is noted as of the daemon: nobody
+// ordered its end.
+void TakeWorker::note_takes() {
+  if (audit_ == nullptr) return;
+  const TakeHealth take = recorder_->health();
+  if (take.state == noted_.state && take.takes == noted_.takes) return;
+  const bool next = take.takes != noted_.takes;
+  // After `take next` the health is that of the next take: the one before was ended.
+  if (next && noted_.state == TakeState::Recording) {
+    noted_.state = TakeState::Ended;
+    noted_.size_bytes = 0;  // unknown: the last look was at its begin
+    audit_->note(entry_of(noted_, ender_));
+  }
+  noted_ = take;
+  if (take.state == TakeState::None || take.state == TakeState::Waiting) return;
+  audit_->note(entry_of(take, take.state == TakeState::Recording ? starter_ : ender_));
+  starter_ = ender_ = {};
 }
 
 // Returns whether the trigger's order `awaited` was answered.

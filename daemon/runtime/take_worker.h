@@ -10,6 +10,7 @@
 #include "base/wake_descriptor.h"
 #include "base/wake_signal.h"
 #include "model/take_news.h"
+#include "module/audit_trail.h"
 #include "module/take_recorder.h"
 #include "runtime/camera/camera_worker.h"
 #include "runtime/fusion_worker.h"
@@ -34,9 +35,10 @@ struct TakeChannel {
 /// the feed.
 class TakeWorker {
  public:
-  /// All objects outlive the worker. `wake`: signalled by the camera threads.
+  /// All objects outlive the worker. `wake`: signalled by the camera threads. `audit`: notes takes and the orders of
+  /// triggers; may be null.
   TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras, SnapshotChannel& snapshots,
-             TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake);
+             TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake, AuditTrail* audit = nullptr);
 
   /// The loop of the intake thread; returns when stopped and the queues are empty.
   void run_intake(const std::stop_token& stop);
@@ -46,7 +48,7 @@ class TakeWorker {
   /// Continues with another configuration. Call while the intake thread does not run.
   void change(const Description& description, std::vector<TakeFile> files, std::vector<CameraChannel*> cameras);
   /// Ends a take in progress. Call while no thread runs; the last call.
-  void finish() { recorder_->finish(host_now()); }
+  void finish();
   /// Tells the trigger thread of another take, or another state of the take. Disk thread, or while it does not run.
   void tell_changes();
 
@@ -56,6 +58,8 @@ class TakeWorker {
   void follow_orders();
   bool pass_answers(std::uint64_t awaited = 0);
   void tell(TakeNews news);
+  void remember_actor(const TakeOrder& order);
+  void note_takes();
 
   std::unique_ptr<TakeRecorder> recorder_;
   std::vector<CameraChannel*> cameras_;
@@ -70,6 +74,9 @@ class TakeWorker {
     std::uint64_t takes = 0;
   };
   std::optional<Told> told_;  // to the trigger thread
+  AuditTrail* audit_;
+  AuditActor starter_, ender_;  // of the last orders to begin and to end a take, until it began or ended
+  TakeHealth noted_;
 };
 
 }  // namespace mocap::runtime

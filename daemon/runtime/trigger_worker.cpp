@@ -1,5 +1,8 @@
 #include "runtime/trigger_worker.h"
 
+#include <fmt/format.h>
+
+#include <string>
 #include <utility>
 
 #include "base/log.h"
@@ -9,6 +12,12 @@ namespace mocap::runtime {
 namespace {
 
 constexpr const char* kTrigger = "trigger";
+
+std::string text_of(const Peer& peer) {
+  const std::uint32_t address = peer.address;
+  return fmt::format("{}.{}.{}.{}:{}", address >> 24U, (address >> 16U) & 255U, (address >> 8U) & 255U, address & 255U,
+                     peer.port);
+}
 
 void write(const TriggerActions::Line& line) {
   line.refused ? log_warn(kTrigger, line.text) : log_info(kTrigger, line.text);
@@ -25,7 +34,9 @@ void TriggerWorker::run(const std::stop_token& stop) {
     hear_news();
     if (ended) return;
     if (const auto datagram = parts_.port->next(takes_.news_came.number(), kStopCheckPeriod)) {
-      execute(parts_.desk->receive(*datagram, host_now()));
+      TriggerActions actions = parts_.desk->receive(*datagram, host_now());
+      if (actions.order) actions.order->by = {.name = "trigger", .address = text_of(datagram->peer)};
+      execute(std::move(actions));
     }
   }
 }

@@ -82,6 +82,9 @@ void write_into(const std::filesystem::path& folder, DaemonTables& tables, Daemo
   if (const auto takes = tables.sections.find("takes"); takes != tables.sections.end()) {
     takes->second.move_to(folder, "folder", settings.takes.folder);
   }
+  if (const auto audit = tables.sections.find("audit"); audit != tables.sections.end()) {
+    audit->second.move_to(folder, "file", settings.audit.file);
+  }
 }
 
 // The folder has a default, which a file without the key cannot make relative to itself. The shot list is in the state
@@ -90,6 +93,12 @@ void place_takes(const StateFiles& state, DaemonSettings& settings) {
   const std::filesystem::path base = state.exist() ? state.folder : settings.file.parent_path();
   if (settings.takes.folder == take::TakesSettings{}.folder) settings.takes.folder = base / settings.takes.folder;
   settings.takes.shots = (state.exist() ? state.folder : settings.takes.folder) / "shot_list.csv";
+}
+
+// The file has a default, too. Without a state folder it would stand among the files of the operator, so there is none.
+void place_audit(const StateFiles& state, DaemonSettings& settings) {
+  if (settings.audit.file != audit::AuditSettings{}.file) return;
+  settings.audit.file = state.exist() ? state.folder / settings.audit.file : std::filesystem::path();
 }
 
 // Adds the subjects of the state file. One that the configuration has under the same name is left out: the operator has
@@ -127,6 +136,7 @@ DaemonTables read_tables(TomlFile& file, TomlFile* added, const StateFiles& stat
   if (added != nullptr) read_added_subjects(*added, tables, settings);
   if (state.exist()) write_into(state.folder, tables, settings);
   place_takes(state, settings);
+  place_audit(state, settings);
   return tables;
 }
 

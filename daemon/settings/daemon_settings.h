@@ -7,6 +7,7 @@
 
 #include "associate/match_settings.h"
 #include "associate/triangulate_settings.h"
+#include "audit/audit_settings.h"
 #include "base/key_visitor.h"
 #include "base/log.h"
 #include "base/result.h"
@@ -73,6 +74,7 @@ struct DaemonSettings {
   take::TakesSettings takes;
   trigger::TriggerSettings trigger;
   timecode::TimecodeSettings timecode;
+  audit::AuditSettings audit;
   runtime::PipelineSettings pipeline;
 
   std::filesystem::path file;           ///< of this configuration

@@ -84,6 +84,10 @@ constexpr Section kSections[] = {
      declare<&All::trigger>, faults<&All::trigger>},
     {"timecode", "the timecode of snapshots and takes; a replay has none", declare<&All::timecode>, kNoRules},
     {"reopen", "a camera that failed or fell silent; the others go on", declare_reopen, reopen_faults, "operation"},
+    {"audit",
+     "the log of connections, orders and changes; a relative name is in the state folder of the service "
+     "(/var/lib/mocapd)",
+     declare<&All::audit>, kNoRules},
     {"queues", "a full queue drops the new item and counts it", declare_queues, kNoRules},
     {"realtime", "threads and the operating system", declare_realtime, kNoRules},
 };

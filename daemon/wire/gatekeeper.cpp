@@ -19,12 +19,12 @@ constexpr std::size_t kParts = 7;  // version, request id, domain, address, iden
 
 }  // namespace
 
-Gatekeeper::Gatekeeper(std::filesystem::path allowed_file, std::string who)
-    : file_(std::move(allowed_file)), who_(std::move(who)) {}
+Gatekeeper::Gatekeeper(std::filesystem::path allowed_file, std::string who, AuditTrail* audit)
+    : file_(std::move(allowed_file)), who_(std::move(who)), audit_(audit) {}
 
 Result<std::unique_ptr<Gatekeeper>> Gatekeeper::open(const ZmqContext& context, const CurveSettings& settings,
-                                                     std::string who) {
-  std::unique_ptr<Gatekeeper> made(new Gatekeeper(settings.allowed, std::move(who)));
+                                                     std::string who, AuditTrail* audit) {
+  std::unique_ptr<Gatekeeper> made(new Gatekeeper(settings.allowed, std::move(who), audit));
   Result<KeyPair> server = load_key_pair(settings.server_key);
   if (!server) return server.error();
   if (server->secret_key.empty()) {
@@ -115,6 +115,11 @@ void Gatekeeper::log_refused(const std::string& key, std::string_view address, T
   const auto [entry, first] = logged_at_.try_emplace(key, now);
   if (!first && now - entry->second < kRepeatRefusalAfter) return;
   entry->second = now;
+  if (audit_ != nullptr) {
+    audit_->note({.what = "refused",
+                  .who = {.key = key, .address = std::string(address)},
+                  .details = {{"socket", who_}, {"reason", "its key is not allowed"}}});
+  }
   log_warn(who_, fmt::format("refused a client, address={} key={}: the key is not in {}; mocapctl keys allow adds it",
                              address, key, file_.string()));
 }
@@ -136,7 +141,26 @@ void Gatekeeper::refresh() {
   for (const auto& [key, entry] : before) {
     if (allowed_.count(key) == 0) revoked_.push_back(key);
   }
+  note_change(before);
   log_info(who_, fmt::format("reloaded {}, clients={} revoked={}", file_.string(), allowed_.size(), revoked_.size()));
+}
+
+// An entry for each key that was allowed, revoked, or got another role or name.
+void Gatekeeper::note_change(const std::map<std::string, AllowedKey, std::less<>>& before) const {
+  if (audit_ == nullptr) return;
+  const auto text = [](const std::map<std::string, AllowedKey, std::less<>>& keys, const std::string& key) {
+    const auto found = keys.find(key);
+    return found == keys.end() ? std::string("none")
+                               : fmt::format("{} {}", name_of(found->second.role), found->second.name);
+  };
+  auto all = before;
+  all.insert(allowed_.begin(), allowed_.end());
+  for (const auto& [key, entry] : all) {
+    const std::string from = text(before, key), to = text(allowed_, key);
+    if (from == to) continue;
+    audit_->note({.what = "changed",
+                  .details = {{"socket", who_}, {"setting", "allowed key " + key}, {"before", from}, {"after", to}}});
+  }
 }
 
 std::optional<Role> Gatekeeper::role_of(std::string_view user) const {

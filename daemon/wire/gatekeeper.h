@@ -10,6 +10,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "module/audit_trail.h"
 #include "wire/curve_keys.h"
 #include "wire/wire_settings.h"
 #include "wire/zmq_socket.h"
@@ -25,10 +26,11 @@ inline constexpr std::string_view kAuthenticationDomain = "mocap";
 /// must call `serve` often: a client can connect only after its request was answered.
 class Gatekeeper {
  public:
-  /// Reads the server's key pair and the list of allowed keys. `who` is the source in log lines. Fails as load_key_pair
+  /// Reads the server's key pair and the list of allowed keys. `who` is the source in log lines. `audit`: notes refused
+  /// clients and changes of the list; outlives the Gatekeeper; may be null. Fails as load_key_pair
   /// and load_allowed_keys, with InvalidArgument if the secret key is missing, and with Io.
   static Result<std::unique_ptr<Gatekeeper>> open(const ZmqContext& context, const CurveSettings& settings,
-                                                  std::string who);
+                                                  std::string who, AuditTrail* audit = nullptr);
 
   /// Makes `socket` a CURVE server that authenticates its clients here. Fails with InvalidArgument if `domain` is
   /// empty: ZeroMQ may skip authentication without a domain.
@@ -51,7 +53,7 @@ class Gatekeeper {
   std::size_t allowed() const { return allowed_.size(); }
 
  private:
-  Gatekeeper(std::filesystem::path allowed_file, std::string who);
+  Gatekeeper(std::filesystem::path allowed_file, std::string who, AuditTrail* audit);
   struct FileState {
     std::filesystem::file_time_type written;
     std::uintmax_t size = 0;
@@ -63,10 +65,12 @@ class Gatekeeper {
   void refresh();
   void answer(std::string_view status, std::string_view text, std::string_view user);
   void authenticate(Timestamp now);
+  void note_change(const std::map<std::string, AllowedKey, std::less<>>& before) const;
   void log_refused(const std::string& key, std::string_view address, Timestamp now);
 
   std::filesystem::path file_;
   std::string who_;
+  AuditTrail* audit_;
   KeyPair server_;
   ZmqSocket socket_;
   std::map<std::string, AllowedKey, std::less<>> allowed_;  // by key

@@ -81,11 +81,12 @@ Status Listener::open(int kind, int send_queue, const ListenSettings& settings) 
     }
   }
   if (settings.curve.on()) {
-    Result<std::unique_ptr<Gatekeeper>> keeper = Gatekeeper::open(context_, settings.curve, who_);
+    Result<std::unique_ptr<Gatekeeper>> keeper = Gatekeeper::open(context_, settings.curve, who_, settings.audit);
     if (!keeper) return keeper.error();
     gatekeeper_ = *std::move(keeper);
   }
   max_connections_ = static_cast<std::size_t>(settings.max_connections);
+  audit_ = settings.audit;
   if (Status opened = socket_.open(context_, kind, who_); !opened) return opened;
   if (Status set = set_limits(send_queue, settings); !set) return set;
   if (gatekeeper_ != nullptr) {
@@ -202,6 +203,7 @@ void Listener::note_gone(int connection) {
   }
   if (found == connections_.end()) return;
   if (found->second.heard) --heard_;
+  if (found->second.heard && !found->second.cut) note("disconnected", found->second.actor);
   connections_.erase(found);
   gone_.insert(connection);
 }
@@ -235,8 +237,10 @@ Listener::Connections::iterator Listener::find(int connection) {
 void Listener::note_user(int connection, std::string_view user) {
   const auto found = find(connection);
   if (found == connections_.end()) return;
-  if (!std::exchange(found->second.heard, true)) ++heard_;
+  const bool first = !std::exchange(found->second.heard, true);
+  if (first) ++heard_;
   if (found->second.user != user) found->second.user = user;
+  if (first && audit_ != nullptr) note("connected", found->second.actor = actor_of(connection, user));
   if (gatekeeper_ != nullptr && !gatekeeper_->role_of(user)) cut(connection, "its key was revoked");
 }
 
@@ -260,6 +264,8 @@ void Listener::cut(int connection, std::string_view why) {
   found->second.cut = true;
   ::shutdown(connection, SHUT_RDWR);
   ++figures_.cut_off;
+  note(found->second.heard ? "disconnected" : "refused",
+       found->second.heard ? found->second.actor : AuditActor{.address = found->second.peer}, why);
   warn_folded(fmt::format("disconnected a client, address={}: {}", without_port(found->second.peer), why));
 }
 
@@ -268,6 +274,24 @@ bool Listener::is_ours(int connection, const std::string& peer) const {
   socklen_t size = sizeof(own);
   if (::getsockname(connection, reinterpret_cast<sockaddr*>(&own), &size) != 0) return false;
   return peer_of(connection) == peer && (own.ss_family == AF_UNIX || !peer.empty());
+}
+
+AuditActor Listener::actor_of(int connection, std::string_view user) const {
+  AuditActor actor;
+  const auto found = connections_.find(connection);
+  actor.address = found == connections_.end() || found->second.peer.empty() ? "local" : found->second.peer;
+  if (gatekeeper_ == nullptr) return actor;
+  actor.key = user;
+  actor.name = gatekeeper_->name_of_user(user);
+  if (const auto role = gatekeeper_->role_of(user)) actor.role = name_of(*role);
+  return actor;
+}
+
+void Listener::note(const char* what, const AuditActor& who, std::string_view reason) const {
+  if (audit_ == nullptr) return;
+  AuditEntry entry{.what = what, .who = who, .details = {{"socket", who_}}};
+  if (!reason.empty()) entry.details.emplace_back("reason", reason);
+  audit_->note(std::move(entry));
 }
 
 void Listener::warn_folded(const std::string& what) {
@@ -280,6 +304,7 @@ void Listener::warn_folded(const std::string& what) {
 
 // Logs one line for a peer that retries, also if its first attempt was logged with an unknown address.
 void Listener::warn_refused(const std::string& peer, const char* why) {
+  note("refused", {.address = peer.empty() ? "unknown" : peer}, why);
   const auto line = [&](const char* address) { return fmt::format("refused a client, address={}: {}", address, why); };
   if (peer.empty()) {
     warn_folded(line("unknown"));

@@ -11,7 +11,9 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "model/audit.h"
 #include "model/health.h"
+#include "module/audit_trail.h"
 #include "wire/gatekeeper.h"
 #include "wire/zmq_socket.h"
 
@@ -23,6 +25,7 @@ struct ListenSettings {
   CurveSettings curve;
   int max_incoming_bytes = 1024;  ///< a peer that sends a longer message is disconnected; a handshake has up to 550
   int max_connections = 1000;     ///< the newest connections above this number are closed
+  AuditTrail* audit = nullptr;    ///< outlives the listener; null: connections are not noted
 };
 
 /// A listening ZeroMQ socket with limits on incoming data, CURVE authentication and a list of its connections.
@@ -54,6 +57,9 @@ class Listener {
   /// closed when the key is revoked.
   void note_user(int connection, std::string_view user);
 
+  /// The other side of a connection that sent a message of `user`.
+  AuditActor actor_of(int connection, std::string_view user) const;
+
   const ZmqSocket& socket() const { return socket_; }
   ZmqSocket& socket() { return socket_; }
   const std::vector<std::string>& endpoints() const { return bound_; }  ///< with the port numbers in use
@@ -67,7 +73,8 @@ class Listener {
   struct Connection {
     std::string peer;  // address and port; empty if unknown (ipc)
     std::string user;
-    bool heard = false;  // sent a message, so its handshake succeeded
+    AuditActor actor = {};  // if connections are noted
+    bool heard = false;     // sent a message, so its handshake succeeded
     bool cut = false;
   };
   using Connections = std::map<int, Connection>;  // by file descriptor
@@ -94,6 +101,7 @@ class Listener {
   std::size_t heard_ = 0;  // connections with `heard`
   std::set<int> gone_;
   std::size_t max_connections_ = 0;
+  AuditTrail* audit_ = nullptr;
   FeedHealth figures_;
   std::string last_peer_;        // of the newest connection whose address is known
   bool refusal_logged_ = false;  // the Gatekeeper logged why the last handshake failed
@@ -103,6 +111,7 @@ class Listener {
   Timestamp now_;
   Timestamp looked_for_revoked_at_;
 
+  void note(const char* what, const AuditActor& who, std::string_view reason = {}) const;
   void warn_folded(const std::string& what);
   void warn_refused(const std::string& peer, const char* why);
 };

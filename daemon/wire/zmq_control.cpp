@@ -1,6 +1,8 @@
 #include "wire/zmq_control.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 #include <google/protobuf/stubs/logging.h>
 #include <zmq.h>
 
@@ -19,7 +21,15 @@ constexpr const char* kWho = "control";
 constexpr int kMaxIncoming_bytes = 65536;  // the largest request, a fit of all bones and markers, has 6 kB
 constexpr int kSendQueue = 16;             // answers that wait for one client; ZeroMQ frees them by halves of the queue
 constexpr int kMaxConnections = 200;
+constexpr std::size_t kLongestStated = 64;
 constexpr std::size_t kMostFrames = 4;  // routing id, empty delimiter of a REQ client, request; one to spare
+
+// The request's member of `what`: "take"; empty: none.
+std::string order_name(const v1::Request& request) {
+  const auto* what = v1::Request::descriptor()->FindOneofByName("what");
+  const auto* member = request.GetReflection()->GetOneofFieldDescriptor(request, what);
+  return member == nullptr ? std::string() : member->name();
+}
 
 }  // namespace
 
@@ -39,6 +49,8 @@ struct ZmqControl::Impl {
   std::vector<std::string> route;  // frames before the request: routing id, and the delimiter of a REQ client
   std::uint64_t id = 0;
   Role role = Role::Viewer;
+  AuditTrail* audit = nullptr;
+  AuditActor sender;
   v1::Request request;
   std::string bytes;
 
@@ -78,6 +90,8 @@ struct ZmqControl::Impl {
     const Gatekeeper* keeper = listener.gatekeeper();
     role = keeper == nullptr ? role_without_keys : keeper->role_of(part.user()).value_or(Role::Viewer);
     if (!listener.gone().contains(part.connection())) listener.note_user(part.connection(), part.user());
+    sender = listener.actor_of(part.connection(), part.user());
+    sender.role = name_of(role);
   }
 
   void send(v1::Answer& answer) {
@@ -92,6 +106,11 @@ struct ZmqControl::Impl {
   }
 
   void refuse(v1::Code code, const std::string& why) {
+    if (audit != nullptr) {
+      audit->note({.what = "refused",
+                   .who = sender,
+                   .details = {{"socket", kWho}, {"order", order_name(request)}, {"reason", why}}});
+    }
     v1::Answer answer;
     answer.set_code(code);
     answer.set_message(why);
@@ -102,11 +121,13 @@ struct ZmqControl::Impl {
   std::optional<ControlRequest> read() {
     id = 0;
     request.Clear();
+    sender.states.clear();
     if (!request.ParseFromString(bytes)) {
       refuse(v1::CODE_INVALID, "not a request of mocap.v1 in Protobuf");
       return std::nullopt;
     }
     id = request.id();
+    sender.states = request.asked_by().substr(0, kLongestStated);
     Result<ControlRequest> wanted = decode(request);
     if (!wanted) {
       refuse(v1::CODE_INVALID, wanted.error().message);
@@ -116,6 +137,7 @@ struct ZmqControl::Impl {
       refuse(v1::CODE_FORBIDDEN, "this needs the role operator; mocapctl keys allow --role operator gives it to a key");
       return std::nullopt;
     }
+    wanted->by = sender;
     return *std::move(wanted);
   }
 };
@@ -125,16 +147,18 @@ ZmqControl::~ZmqControl() = default;
 
 const std::string& ZmqControl::endpoint() const { return impl_->listener.endpoints().front(); }
 
-Result<std::unique_ptr<ZmqControl>> ZmqControl::open(const ControlSettings& settings) {
+Result<std::unique_ptr<ZmqControl>> ZmqControl::open(const ControlSettings& settings, AuditTrail* audit) {
   // Malformed requests are answered with an error. Without this call Protobuf would also write them to standard error.
   google::protobuf::SetLogHandler(nullptr);
   auto impl = std::make_unique<Impl>();
   impl->role_without_keys = settings.role_without_keys;
+  impl->audit = audit;
   ListenSettings listen;
   listen.endpoints = {settings.endpoint};
   listen.endpoints.insert(listen.endpoints.end(), settings.more_endpoints.begin(), settings.more_endpoints.end());
   listen.allow_remote = settings.allow_remote;
   listen.curve = settings.curve;
+  listen.audit = audit;
   listen.max_incoming_bytes = kMaxIncoming_bytes;
   listen.max_connections = kMaxConnections;
   if (const Status listening = impl->listener.open(ZMQ_ROUTER, kSendQueue, listen); !listening) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "module/audit_trail.h"
 #include "module/control_server.h"
 #include "wire/curve_keys.h"
 #include "wire/request_socket.h"
@@ -20,8 +21,8 @@ std::string control_beside(const std::string& feed_endpoint);
 /// permit are answered with an error here; `next` returns the others.
 class ZmqControl final : public ControlServer {
  public:
-  /// Fails as ZmqPublisher::open.
-  static Result<std::unique_ptr<ZmqControl>> open(const ControlSettings& settings);
+  /// `audit`: notes connections and refused requests; outlives the socket; may be null. Fails as ZmqPublisher::open.
+  static Result<std::unique_ptr<ZmqControl>> open(const ControlSettings& settings, AuditTrail* audit = nullptr);
   ~ZmqControl() override;
 
   std::optional<ControlRequest> next(Duration patience) override;

@@ -194,7 +194,7 @@ struct ZmqNodeServer::Impl {
 ZmqNodeServer::ZmqNodeServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ZmqNodeServer::~ZmqNodeServer() = default;
 
-Result<std::unique_ptr<ZmqNodeServer>> ZmqNodeServer::open(const NodeServerSettings& settings) {
+Result<std::unique_ptr<ZmqNodeServer>> ZmqNodeServer::open(const NodeServerSettings& settings, AuditTrail* audit) {
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
   impl->name = settings.node.name.empty() ? host_name() : settings.node.name;
@@ -205,6 +205,7 @@ Result<std::unique_ptr<ZmqNodeServer>> ZmqNodeServer::open(const NodeServerSetti
                           settings.node.more_endpoints.end());
   listen.allow_remote = settings.node.allow_remote;
   listen.curve = settings.node.curve;
+  listen.audit = audit;
   listen.max_connections = kMaxNodeConnections;
   if (Status opened = impl->listener.open(ZMQ_ROUTER, settings.node.send_queue, listen); !opened) return opened.error();
   // A full queue and a host that has gone are errors of the send, not a silent loss.

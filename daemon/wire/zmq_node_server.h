@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "module/audit_trail.h"
 #include "module/node_server.h"
 #include "wire/wire_settings.h"
 
@@ -25,8 +26,8 @@ struct NodeServerSettings {
 /// keys: CURVE numbers the messages of a connection and gives each connection new keys.
 class ZmqNodeServer final : public NodeServer {
  public:
-  /// Fails as ZmqPublisher::open.
-  static Result<std::unique_ptr<ZmqNodeServer>> open(const NodeServerSettings& settings);
+  /// `audit`: notes connections; outlives the server; may be null. Fails as ZmqPublisher::open.
+  static Result<std::unique_ptr<ZmqNodeServer>> open(const NodeServerSettings& settings, AuditTrail* audit = nullptr);
   ~ZmqNodeServer() override;
 
   void serve(const std::vector<NodeCamera>& cameras, Duration patience) override;

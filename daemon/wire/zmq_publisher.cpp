@@ -237,7 +237,7 @@ ZmqPublisher::~ZmqPublisher() = default;
 const std::string& ZmqPublisher::endpoint() const { return impl_->listener.endpoints().front(); }
 const std::vector<std::string>& ZmqPublisher::endpoints() const { return impl_->listener.endpoints(); }
 
-Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings& settings) {
+Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings& settings, AuditTrail* audit) {
   if (settings.send_queue < 1 || settings.send_queue > 1000) {
     return Error{ErrorCode::InvalidArgument, fmt::format("send_queue is {}, expected 1 to 1000", settings.send_queue)};
   }
@@ -251,6 +251,7 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
   listen.endpoints.insert(listen.endpoints.end(), settings.more_endpoints.begin(), settings.more_endpoints.end());
   listen.allow_remote = settings.allow_remote;
   listen.curve = settings.curve;
+  listen.audit = audit;
   listen.max_connections = settings.max_connections;
   if (const Status listening = impl->listener.open(ZMQ_XPUB, queue_for(settings), listen); !listening) {
     return listening.error();
@@ -326,8 +327,8 @@ FeedHealth ZmqPublisher::feed() const {
   return figures;
 }
 
-Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings) {
-  Result<std::unique_ptr<ZmqPublisher>> opened = ZmqPublisher::open(settings);
+Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings, AuditTrail* audit) {
+  Result<std::unique_ptr<ZmqPublisher>> opened = ZmqPublisher::open(settings, audit);
   if (!opened) return opened.error();
   return std::unique_ptr<Publisher>(std::move(*opened));
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "module/audit_trail.h"
 #include "module/publisher.h"
 #include "wire/wire_settings.h"
 
@@ -30,7 +31,7 @@ class ZmqPublisher final : public Publisher {
   /// Binds to the endpoints. Fails with InvalidArgument (a malformed endpoint or key file; an endpoint that other
   /// machines can reach without CURVE while `allow_remote` is false), NotFound (this machine has no such address; no
   /// such file), Busy (another program listens there) and Io.
-  static Result<std::unique_ptr<ZmqPublisher>> open(const PublisherSettings& settings);
+  static Result<std::unique_ptr<ZmqPublisher>> open(const PublisherSettings& settings, AuditTrail* audit = nullptr);
 
   /// Closes the endpoints; waits at most 100 ms until queued messages are sent.
   ~ZmqPublisher() override;
@@ -54,6 +55,6 @@ class ZmqPublisher final : public Publisher {
 };
 
 /// Does the same as `ZmqPublisher::open`; returns the interface.
-Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings);
+Result<std::unique_ptr<Publisher>> make_zmq_publisher(const PublisherSettings& settings, AuditTrail* audit = nullptr);
 
 }  // namespace mocap::wire

@@ -4,7 +4,10 @@
 #include <poll.h>
 
 #include <deque>
+#include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "model/search_health.h"
 
@@ -103,6 +106,52 @@ class TakeWorkerTest : public testing::Test {
   TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, timecode, wake};
   std::jthread disk;
 };
+
+// The audit log of a test.
+class NotedTakes final : public AuditTrail {
+ public:
+  void note(AuditEntry entry) override {
+    const std::lock_guard lock(mutex_);
+    words_.push_back(entry.what + " " + entry.who.name);
+  }
+  bool write(AuditEntry, Duration) override { return true; }
+  AuditHealth health() const override { return {}; }
+
+  std::vector<std::string> words() const {
+    const std::lock_guard lock(mutex_);
+    return words_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> words_;
+};
+
+TEST(TakeWorkerAudit, NotesWhoBeganAndEndedATakeAndTheEndThatNobodyOrdered) {
+  WakeSignal wake;
+  SnapshotChannel snapshots{4};
+  TakeChannel channel;
+  TimecodeChannel timecode;
+  NotedTakes audit;
+  TakeWorker worker(std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, timecode, wake, &audit);
+  std::jthread disk([&](const std::stop_token& stop) { worker.run_disk(stop); });
+  const auto order = [&](SpscQueue<TakeOrder>& queue, TakeAction action, const char* who, std::size_t noted) {
+    ASSERT_TRUE(queue.try_push({.number = 1, .action = action, .by = {.name = who}}));
+    channel.ordered.signal();
+    while (audit.words().size() < noted) std::this_thread::yield();
+  };
+
+  order(channel.orders, TakeAction::Start, "anna", 1);
+  order(channel.orders, TakeAction::Stop, "ben", 2);
+  order(channel.trigger_orders, TakeAction::Start, "trigger", 4);
+  disk.request_stop();
+  channel.ordered.signal();
+  disk.join();
+  worker.finish();
+
+  EXPECT_EQ(audit.words(), (std::vector<std::string>{"recorded anna", "retained ben", "ordered trigger",
+                                                     "recorded trigger", "retained "}));
+}
 
 TEST_F(TakeWorkerTest, GivesTheTriggerItsAnswersAndTheTakeThatTheyMade) {
   channel.news_wanted = true;

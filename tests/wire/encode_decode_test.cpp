@@ -178,6 +178,22 @@ TEST(EncodeHealth, WritesEachCounterOfTheFeedToItsField) {
   EXPECT_EQ(back->feed.behind, 9U);
 }
 
+TEST(EncodeHealth, RoundTripsTheStateOfTheAuditLog) {
+  Health health;
+  v1::Health message;
+  encode(health, message);
+  EXPECT_FALSE(message.has_audit());
+  health.audit = {.on = true, .lines = 5, .waiting = 2, .lost = 1, .error = bounded_text<255>("no space")};
+
+  encode(health, message);
+  const Result<Health> back = decode(message);
+
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->audit.on);
+  EXPECT_EQ(std::tuple(back->audit.lines, back->audit.waiting, back->audit.lost), std::tuple(5U, 2U, 1U));
+  EXPECT_EQ(text_of(back->audit.error), "no space");
+}
+
 TEST(EncodeHealth, RoundTripsTheReasonsOfMissingSubjects) {
   Health health;
   SearchHealth& sent = health.searches.emplace_back();

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,9 +32,9 @@ constexpr Duration kLong = seconds(20);  // time limit of a failing test
 // Answers each valid request with its `name`, after computing for `work`.
 class EchoingDaemon {
  public:
-  explicit EchoingDaemon(ControlSettings settings = {}, Duration work = {}) {
+  explicit EchoingDaemon(ControlSettings settings = {}, Duration work = {}, AuditTrail* audit = nullptr) {
     settings.endpoint = "tcp://127.0.0.1:*";
-    auto opened = ZmqControl::open(settings);
+    auto opened = ZmqControl::open(settings, audit);
     EXPECT_TRUE(opened) << opened.error().message;
     control_ = std::move(*opened);
     thread_ = std::jthread([this, work](const std::stop_token& stop) {
@@ -43,6 +45,7 @@ class EchoingDaemon {
           }
           ControlAnswer answer;
           answer.message = request->name;
+          if (!request->by.states.empty()) answer.message += " " + request->by.states + " " + request->by.role;
           if (request->action == ControlAction::GetStatus) answer.status.emplace();
           control_->answer(answer);
         }
@@ -188,6 +191,71 @@ TEST(Control, AppliesTheRoleOfEachKey) {
   EXPECT_EQ(ask(*daemon.client(server.public_key, ben), reset_of("x")).code(), v1::CODE_FORBIDDEN);
   EXPECT_FALSE(daemon.client(server.public_key, *new_key_pair())->ask(std::string(), milliseconds(300)));
   EXPECT_FALSE(daemon.client()->ask(std::string(), milliseconds(300)));
+}
+
+// Remembers the entries of the audit log.
+class Remembered final : public AuditTrail {
+ public:
+  void note(AuditEntry entry) override {
+    const std::lock_guard lock(mutex_);
+    entries_.push_back(std::move(entry));
+  }
+  bool write(AuditEntry entry, Duration) override {
+    note(std::move(entry));
+    return true;
+  }
+  AuditHealth health() const override { return {}; }
+
+  std::vector<AuditEntry> of(const std::string& what) const {
+    const std::lock_guard lock(mutex_);
+    std::vector<AuditEntry> found;
+    std::ranges::copy_if(entries_, std::back_inserter(found),
+                         [&](const AuditEntry& each) { return each.what == what; });
+    return found;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<AuditEntry> entries_;
+};
+
+TEST(Control, NotesWhoConnectedAndWhoWasRefusedWhat) {
+  support::TemporaryFolder folder;
+  const KeyPair server = *new_key_pair(), ben = *new_key_pair(), stranger = *new_key_pair();
+  ASSERT_TRUE(save_key_pair(folder.path() / "server.key", server));
+  ASSERT_TRUE(save_allowed_keys(folder.path() / "allowed", {{ben.public_key, Role::Viewer, "ben"}}));
+  Remembered audit;
+  EchoingDaemon daemon({.endpoint = {}, .curve = {folder.path() / "server.key", folder.path() / "allowed"}}, {},
+                       &audit);
+  ControlRequest reset = reset_of("x");
+  reset.by.states = "anna";
+
+  EXPECT_EQ(ask(*daemon.client(server.public_key, ben), reset).code(), v1::CODE_FORBIDDEN);
+  EXPECT_FALSE(daemon.client(server.public_key, stranger)->ask(std::string(), milliseconds(300)));
+  while (audit.of("disconnected").empty() || audit.of("refused").size() < 2) std::this_thread::yield();
+
+  const auto connected = audit.of("connected"), refused = audit.of("refused");
+  ASSERT_EQ(connected.size(), 1U);
+  EXPECT_EQ(connected[0].who.name, "ben");
+  EXPECT_EQ(connected[0].who.key, ben.public_key);
+  EXPECT_THAT(connected[0].who.address, HasSubstr("127.0.0.1:"));
+  EXPECT_EQ(refused[0].who.name, "ben");
+  EXPECT_EQ(refused[0].who.states, "anna");
+  EXPECT_THAT(refused[0].details, ::testing::Contains(::testing::Pair("order", "subject")));
+  EXPECT_EQ(refused[1].who.key, stranger.public_key);
+}
+
+TEST(Control, PassesOnWhoAsks) {
+  Remembered audit;
+  ControlRequest reset = reset_of("x");
+  reset.by.states = "anna";
+  EchoingDaemon daemon({}, {}, &audit);
+
+  EXPECT_EQ(ask(*daemon.client(), reset).message(), "x anna operator");
+
+  v1::Request request = encode(reset);
+  request.set_asked_by(std::string(65, 'a'));
+  EXPECT_THAT(ask(*daemon.client(), request.SerializeAsString()).message(), HasSubstr("asked_by has 65 bytes"));
 }
 
 TEST(ControlCodec, RoundTrips) {

@@ -13,6 +13,7 @@ struct Episode {
   std::uint64_t seed = 1;
   std::uint32_t cameras = 4;
   std::uint32_t subjects = 2;
+  std::uint32_t first_role = 0;  ///< of the first subject, 0 or 1: marker set and motion
   double rate_hz = 60.0;
   bool utc_stamps = false;  ///< the cameras stamp their images with UTC (PTP), else with a clock of their own
   bool fitted = true;       ///< the bodies are known; else the daemon fits them in the T-pose at the start

@@ -64,10 +64,12 @@ std::uint32_t below(scene::Random& random, std::uint32_t end) {
   return static_cast<std::uint32_t>(random.uniform() * end);
 }
 
-Fault draw_fault(scene::Random& random, const FaultBounds& bounds) {
-  const KindFacts& kind = kKinds[below(random, kKinds.size())];
+}  // namespace
+
+Fault draw_fault(FaultKind of, scene::Random& random, const FaultBounds& bounds) {
+  const KindFacts& kind = facts_of(of);
   Fault fault;
-  fault.kind = kind.kind;
+  fault.kind = of;
   fault.for_s = std::min(between(random, kind.least_s, kind.most_s), bounds.last_s - bounds.first_s);
   fault.from_s = between(random, bounds.first_s, bounds.last_s - fault.for_s);
   fault.amount = between(random, kind.least_amount, kind.most_amount);
@@ -76,13 +78,24 @@ Fault draw_fault(scene::Random& random, const FaultBounds& bounds) {
   return fault;
 }
 
-}  // namespace
-
 std::vector<Fault> draw_faults(scene::Random& random, const FaultBounds& bounds) {
   std::vector<Fault> faults(below(random, bounds.most + 1));
-  for (Fault& fault : faults) fault = draw_fault(random, bounds);
+  for (Fault& fault : faults) fault = draw_fault(kKinds[below(random, kKinds.size())].kind, random, bounds);
   std::ranges::stable_sort(faults, {}, &Fault::from_s);
   return faults;
+}
+
+const char* name_of(FaultKind kind) { return facts_of(kind).name; }
+
+std::optional<FaultKind> fault_kind_named(std::string_view name) {
+  const auto found = std::ranges::find(kKinds, name, [](const KindFacts& kind) { return std::string_view(kind.name); });
+  return found == kKinds.end() ? std::nullopt : std::optional(found->kind);
+}
+
+std::vector<FaultKind> all_fault_kinds() {
+  std::vector<FaultKind> kinds;
+  for (const KindFacts& kind : kKinds) kinds.push_back(kind.kind);
+  return kinds;
 }
 
 std::string to_text(const Fault& fault) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/random.h"
@@ -62,8 +64,18 @@ struct FaultBounds {
   std::uint32_t most = 8;
 };
 
+/// Draws time, target and amount of a fault of this kind.
+Fault draw_fault(FaultKind kind, scene::Random& random, const FaultBounds& bounds);
+
 /// Draws up to `bounds.most` faults, in the order of their begin.
 std::vector<Fault> draw_faults(scene::Random& random, const FaultBounds& bounds);
+
+/// "frames-lost".
+const char* name_of(FaultKind kind);
+/// Nothing: there is no such kind.
+std::optional<FaultKind> fault_kind_named(std::string_view name);
+/// All kinds, in the order of the enumeration.
+std::vector<FaultKind> all_fault_kinds();
 
 /// "2.35 s for 0.41 s: frames-lost camera 3, 0.52 of the frames".
 std::string to_text(const Fault& fault);

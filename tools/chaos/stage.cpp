@@ -26,8 +26,8 @@ constexpr std::array kRoles{Role{"one", "baseline41", "walk:4,wave:3,walk", {0.6
 
 Result<simworld::Performer> make_performer(const Episode& episode, std::uint32_t subject,
                                            const std::vector<MarkerSet>& sets) {
-  const Role& role = kRoles[subject];
-  const Role& other = kRoles[episode.subjects - 1 - subject];
+  const Role& role = kRoles[(episode.first_role + subject) % kRoles.size()];
+  const Role& other = kRoles[(episode.first_role + episode.subjects - 1 - subject) % kRoles.size()];
   const auto set = std::ranges::find(sets, role.marker_set, &MarkerSet::name);
   if (set == sets.end()) {
     return Error{ErrorCode::NotFound, std::string("the marker set ") + role.marker_set +

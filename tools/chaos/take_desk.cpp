@@ -164,7 +164,10 @@ void TakeDesk::compare(const fs::path& take) {
     if (!message) return note("take", message.error().message);
     const auto kept = kept_.find(message->number());
     if (kept == kept_.end()) return note("take", fmt::format("set {} was never made", message->number()));
-    if (kept->second == hash_of(*message)) continue;
+    if (kept->second == hash_of(*message)) {
+      ++taken_snapshots_;
+      continue;
+    }
     return note("take", fmt::format("set {} differs from the one that was recorded", message->number()));
   }
 }

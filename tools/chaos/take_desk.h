@@ -43,6 +43,8 @@ class TakeDesk {
   void remove_folder();
 
   const Finding& finding() const { return finding_; }
+  /// Snapshots in the takes that ended, or that a power cut left, each as it was recorded.
+  std::uint64_t taken_snapshots() const { return taken_snapshots_; }
 
  private:
   struct Limit;
@@ -61,6 +63,7 @@ class TakeDesk {
   std::filesystem::path open_take_;
   bool removed_ = false;
   Finding finding_;
+  std::uint64_t taken_snapshots_ = 0;
 };
 
 }  // namespace mocap::chaos

@@ -65,6 +65,7 @@ class VirtualFeed::Link final : public Publisher {
   const Finding& finding() const { return finding_ ? finding_ : subscriber_.finding(); }
   std::uint64_t hash() const { return hash_.value(); }
   const Description& sent() const { return *sent_; }
+  std::uint64_t read_snapshots() const { return subscriber_.read_snapshots(); }
 
  private:
   bool loses() {
@@ -133,5 +134,6 @@ void VirtualFeed::change(Description description) {
 
 std::uint64_t VirtualFeed::hash() const { return link_->hash(); }
 const Description& VirtualFeed::sent_description() const { return link_->sent(); }
+std::uint64_t VirtualFeed::read_snapshots() const { return link_->read_snapshots(); }
 
 }  // namespace mocap::chaos

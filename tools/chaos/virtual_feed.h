@@ -30,6 +30,8 @@ class VirtualFeed {
   /// A hash of all bytes sent.
   std::uint64_t hash() const;
   const Description& sent_description() const;
+  /// Snapshots that the subscriber has read.
+  std::uint64_t read_snapshots() const;
 
  private:
   class Link;

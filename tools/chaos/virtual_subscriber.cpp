@@ -26,6 +26,7 @@ void VirtualSubscriber::receive_snapshot(const std::string& bytes, bool damaged)
   const Result<Snapshot> read = wire::decode(message);
   if (!read) return refuse(damaged, read.error().message);
   if (damaged || !known_) return;
+  ++read_snapshots_;
   note(fits_description(*read, *known_));
 }
 

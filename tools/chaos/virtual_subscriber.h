@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -19,6 +20,8 @@ class VirtualSubscriber {
   void forget() { known_.reset(); }
 
   const Finding& finding() const { return finding_; }
+  /// Whole snapshots whose description is known.
+  std::uint64_t read_snapshots() const { return read_snapshots_; }
 
  private:
   void refuse(bool damaged, const std::string& why);
@@ -26,6 +29,7 @@ class VirtualSubscriber {
 
   std::optional<Description> known_;
   Finding finding_;
+  std::uint64_t read_snapshots_ = 0;
 };
 
 }  // namespace mocap::chaos

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "base/exit_codes.h"
+#include "ctl/audit/audit_command.h"
 #include "ctl/bridge_command.h"
 #include "ctl/camera/cameras_command.h"
 #include "ctl/camera/nodes_command.h"
@@ -47,6 +48,8 @@ constexpr const char* kExamples = R"(examples:
       whether the running daemon is ready to record, and what mends what is not
   mocapctl config show
       every setting of the service, and the file it comes from
+  mocapctl audit --since 2h
+      who connected, ordered, recorded and changed what
   mocapctl status
       how the daemon on this machine is; --json for programs
   mocapctl subject reset anna
@@ -89,6 +92,7 @@ int main(int argc, char** argv) {
   ctl::add_doctor_command(app, chosen);
   ctl::add_preflight_command(app, chosen);
   ctl::add_config_command(app, chosen);
+  ctl::add_audit_command(app, chosen);
   ctl::KeysOptions keys;
   ctl::add_keys_command(app, keys);
   ctl::TakeOptions takes;

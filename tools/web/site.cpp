@@ -9,6 +9,7 @@
 
 #include "web/openapi.h"
 #include "web/page_files.h"
+#include "wire/codec/utf8.h"
 
 namespace mocap::web {
 namespace {
@@ -164,6 +165,7 @@ void Site::execute(const Method& method, const std::string& params, const Visito
     return done(403, refused(v1::CODE_FORBIDDEN, method.name + ": needs the role operator, you are viewer"));
   }
   request->set_id(next_id_++);
+  request->set_asked_by(wire::valid_utf8(visitor.name));  // the audit log of the daemon has the name of this one
   if (changes) ++counts_.changes;
   auto finish = [method, changes, visitor, remote, request = *request, done](const Result<std::string>& came) {
     v1::Answer answer;

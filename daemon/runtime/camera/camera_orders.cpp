@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "base/log.h"
@@ -23,6 +25,17 @@ OrderDone answer_to(const CameraOrder& order, const Status& end, std::string_vie
   return answer;
 }
 
+// "exposure_us 500 -> 700, ": what the order changed from what to what.
+std::string change_of(const std::optional<CameraAdjustment>& before, const CameraOrder& order) {
+  std::string text;
+  const auto add = [&](const char* name, const std::optional<double>& from, const std::optional<double>& to) {
+    if (to) text += fmt::format("{} {} -> {}, ", name, from ? fmt::format("{:g}", *from) : "unknown", *to);
+  };
+  add("exposure_us", before ? before->exposure_us : std::nullopt, order.exposure_us);
+  add("gain_db", before ? before->gain_db : std::nullopt, order.gain_db);
+  return text;
+}
+
 }  // namespace
 
 void CameraWorker::follow_orders() {
@@ -34,7 +47,7 @@ void CameraWorker::follow_orders() {
 
 void CameraWorker::follow(const CameraOrder& order) {
   Status end;
-  const char* words = "";
+  std::string words;
   switch (order.action) {
     case CameraAction::Start:
       stopped_ = false;
@@ -44,10 +57,12 @@ void CameraWorker::follow(const CameraOrder& order) {
       stopped_ = true;
       words = "stopping";
       break;
-    case CameraAction::Adjust:
+    case CameraAction::Adjust: {
+      const std::optional<CameraAdjustment> before = parts_.camera->adjustment();
       end = adjust(order);
-      words = "set until the daemon is restarted";
+      words = change_of(before, order) + "until the daemon is restarted";
       break;
+    }
     case CameraAction::LearnMask:
       if (!parts_.camera->has_pixels()) {
         static_cast<void>(channel_.masks.try_push({.order = order.number, .polygons = {}, .has_pixels = false}));

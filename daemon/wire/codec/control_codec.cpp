@@ -19,7 +19,7 @@ constexpr double kMostGain_dB = 60.0;
 constexpr double kFarthestOffset_m = 10.0;  // far larger than any body
 constexpr std::uint32_t kLeastImages = 10, kMostImages = 10000;
 constexpr double kLongestSpan_s = 7 * 86400.0;
-constexpr std::size_t kLongestName = 255, kLongestPath = 4095;
+constexpr std::size_t kLongestName = 255, kLongestPath = 4095, kLongestAsker = 64;
 
 Error wrong_control(std::string what) { return {ErrorCode::InvalidArgument, std::move(what)}; }
 
@@ -297,9 +297,7 @@ v1::TakeRequest encode_take(const TakeOrder& from) {
   return into;
 }
 
-}  // namespace
-
-Result<ControlRequest> decode(const v1::Request& from) {
+Result<ControlRequest> decode_order(const v1::Request& from) {
   Result<ControlRequest> read = wrong_control("the request is empty, or of a later version than this daemon");
   switch (from.what_case()) {
     case v1::Request::kStatus: return plain(ControlAction::GetStatus);
@@ -321,8 +319,21 @@ Result<ControlRequest> decode(const v1::Request& from) {
   return read;
 }
 
+}  // namespace
+
+Result<ControlRequest> decode(const v1::Request& from) {
+  if (from.asked_by().size() > kLongestAsker) {
+    return wrong_control(
+        fmt::format("asked_by has {} bytes, at most {} are allowed", from.asked_by().size(), kLongestAsker));
+  }
+  Result<ControlRequest> read = decode_order(from);
+  if (read) read->by.states = from.asked_by();
+  return read;
+}
+
 v1::Request encode(const ControlRequest& from) {
   v1::Request into;
+  into.set_asked_by(from.by.states);
   switch (from.action) {
     case ControlAction::GetStatus: into.mutable_status(); break;
     case ControlAction::GetDescription: into.mutable_description(); break;

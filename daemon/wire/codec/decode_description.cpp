@@ -242,6 +242,16 @@ TimecodeState state_of(v1::TimecodeState state) {
   }
 }
 
+AuditHealth audit_health_of(const v1::AuditHealth& from) {
+  AuditHealth into;
+  into.on = true;
+  into.lines = from.lines();
+  into.waiting = from.waiting();
+  into.lost = from.lost();
+  into.error = bounded_text<255>(from.error());
+  return into;
+}
+
 TimecodeHealth timecode_health_of(const v1::Health& all) {
   const v1::TimecodeHealth& from = all.timecode();
   const Timestamp at = from_ns(all.at_ns());
@@ -349,6 +359,7 @@ Result<Health> decode(const v1::Health& from) {
   }
   if (from.has_take()) into.take = take_of(from.take());
   if (from.has_timecode()) into.timecode = timecode_health_of(from);
+  if (from.has_audit()) into.audit = audit_health_of(from.audit());
   return into;
 }
 

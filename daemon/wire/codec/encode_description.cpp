@@ -187,6 +187,13 @@ void encode_take(const TakeHealth& from, v1::TakeHealth& into) {
   into.set_takes(from.takes);
 }
 
+void encode_audit(const AuditHealth& from, v1::AuditHealth& into) {
+  into.set_lines(from.lines);
+  into.set_waiting(from.waiting);
+  into.set_lost(from.lost);
+  into.set_error(valid_utf8(text_of(from.error)));
+}
+
 void encode_timecode(const Health& all, v1::TimecodeHealth& into) {
   const TimecodeHealth& from = all.timecode;
   into.set_source(static_cast<v1::TimecodeSource>(from.source));                     // the values are equal
@@ -269,6 +276,7 @@ void encode(const Health& from, v1::Health& into) {
   for (const SearchHealth& search : from.searches) encode_search(search, *into.add_searches());
   if (from.take.state != TakeState::None) encode_take(from.take, *into.mutable_take());
   if (from.timecode.source != TimecodeSourceKind::None) encode_timecode(from, *into.mutable_timecode());
+  if (from.audit.on) encode_audit(from.audit, *into.mutable_audit());
 }
 
 }  // namespace mocap::wire
