@@ -449,7 +449,7 @@ TEST(ZmqPublisher, SendsLiteMessagesAtTheirRate) {
 
   for (; snapshot.number < 120; ++snapshot.number) {  // one second
     feed.publish(snapshot, 120);
-    while (read(Duration::zero())) continue;
+    while (received.size() < snapshot.number / 4) ASSERT_TRUE(read(kLong));  // or a full send queue drops messages
   }
   while (received.empty() || received.back().number < 115) ASSERT_TRUE(read(kLong));
 
