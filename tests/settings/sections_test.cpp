@@ -59,6 +59,7 @@ TEST(Sections, NameTheUnitOfEachNumberThatHasOne) {
                                            "smoothing_beta",
                                            "max_connections",
                                            "send_queue",
+                                           "keep",
                                            "camera_frames",
                                            "side_snapshots",
                                            "publish_snapshots",

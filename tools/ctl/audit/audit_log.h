@@ -22,9 +22,9 @@ struct AuditLine {
 
 /// Selects lines. An empty text selects all.
 struct AuditFilter {
-  std::string since;  ///< UTC, RFC 3339: lines from then on
-  std::string who;    ///< the name, the stated name, the key, or the begin of the address
-  std::string what;
+  std::string since = {};  ///< UTC, RFC 3339: lines from then on
+  std::string who = {};    ///< the name, the stated name, the key, or the begin of the address
+  std::string what = {};
 };
 
 /// "2h", "30m", "7d", "90s" before `now_utc_s`, or "2026-11-26" with or without "T18:15:20Z", as RFC 3339 in UTC.
