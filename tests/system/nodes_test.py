@@ -254,7 +254,7 @@ class Announced(Keys):
             text = NODE.format(node=self.node[name], name=name, feed=endpoint(), more=more)
             text = text.replace(f'name = "{name}"', f'name = "{name}"\nallow_remote = true')
             self.desk.start("mocapd", "--config", self.desk.write(f"{name}.toml", text + self.cameras(SYNTHETIC, "left")))
-        self.start_avahi()
+        avahi = self.start_avahi()
         found = {}
 
         def both_are_found():
@@ -267,6 +267,12 @@ class Announced(Keys):
         self.assertEqual((free["name"], [each["name"] for each in free["cameras"]]), ("open", ["cam1", "cam2"]))
         self.assertFalse(locked["answers"], locked)
         self.assertIn("give server_key and secret_key", locked["fault"])
+
+        avahi.send(signal.SIGKILL)
+        avahi.wait(60)
+        self.start_avahi()
+        found.clear()
+        until(both_are_found, "the nodes again after Avahi's restart")
 
         code, listed = self.nodes("--config", self.desk.write("host.toml", self.host_config()))
         self.assertEqual(code, 69, listed)
