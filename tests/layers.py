@@ -50,7 +50,7 @@ THIRD_PARTIES = {
     "toml++": (r"toml", "settings"),
     "libltc": (r"ltc\.h", "timecode"),
     "ALSA": (r"alsa/", "timecode"),
-    "libsystemd": (r"systemd/", "runtime/process/service.cpp wire/discovery/"),  # sd-notify; sd-bus
+    "libsystemd": (r"systemd/", "runtime/process/service.cpp wire/discovery"),  # sd-notify; sd-bus
     "CLI11": (r"CLI/", "main"),
     "expat": (r"expat", "trigger/xml_packet.cpp"),
     "JSON": (r"nlohmann/", "export take wire"),

@@ -1,6 +1,7 @@
 #include "wire/discovery/announced_nodes.h"
 
 #include <fmt/format.h>
+#include <systemd/sd-bus.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -27,19 +28,12 @@ struct Browsed {
   bool complete = false;
 };
 
-int note_service(sd_bus_message* signal, void* to, sd_bus_error*) {
+void note_service(sd_bus_message* signal, Browsed& browsed) {
   std::int32_t interface = 0, protocol = 0;
   const char *name = nullptr, *type = nullptr, *domain = nullptr;
-  auto& browsed = *static_cast<Browsed*>(to);
-  if (sd_bus_message_read(signal, "iisss", &interface, &protocol, &name, &type, &domain) < 0) return 0;
-  if (std::string_view(type) != kNodeService || browsed.services.size() >= kMostServices) return 0;
+  if (sd_bus_message_read(signal, "iisss", &interface, &protocol, &name, &type, &domain) < 0) return;
+  if (std::string_view(type) != kNodeService || browsed.services.size() >= kMostServices) return;
   browsed.services.push_back({interface, name, domain});
-  return 0;
-}
-
-int note_complete(sd_bus_message*, void* to, sd_bus_error*) {
-  static_cast<Browsed*>(to)->complete = true;
-  return 0;
 }
 
 // Other machines choose the text: one line of visible characters.
@@ -85,9 +79,11 @@ Result<std::vector<FoundNode>> announced_nodes(Duration patience) {
   Result<SystemBus> bus = SystemBus::open();
   if (!bus) return bus.error();
   Browsed browsed;
+  const auto on_item = [&browsed](sd_bus_message* signal) { note_service(signal, browsed); };
+  const auto on_complete = [&browsed](sd_bus_message*) { browsed.complete = true; };
   // Before the browser exists: Avahi sends what it knows at once.
-  if (Status ok = bus->match("ServiceBrowser", "ItemNew", note_service, &browsed); !ok) return ok.error();
-  if (Status ok = bus->match("ServiceBrowser", "AllForNow", note_complete, &browsed); !ok) return ok.error();
+  if (Status ok = bus->match("ServiceBrowser", "ItemNew", on_item); !ok) return ok.error();
+  if (Status ok = bus->match("ServiceBrowser", "AllForNow", on_complete); !ok) return ok.error();
   Result<BusMessage> call = bus->make_call({.name = "ServiceBrowserNew"});
   if (!call) return call.error();
   sd_bus_message_append(call->get(), "iissu", kEveryInterface, kIpv4, kNodeService, "", std::uint32_t{0});

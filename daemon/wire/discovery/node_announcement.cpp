@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <pthread.h>
+#include <systemd/sd-bus.h>
 
 #include <algorithm>
 #include <charconv>
@@ -29,16 +30,9 @@ struct Heard {
   bool restarted = false;  // Avahi started or ended
 };
 
-int note_state(sd_bus_message* signal, void* heard, sd_bus_error*) {
+bool is_collision(sd_bus_message* signal) {
   std::int32_t state = 0;
-  if (sd_bus_message_read(signal, "i", &state) >= 0 && state == kStateCollision)
-    static_cast<Heard*>(heard)->collision = true;
-  return 0;
-}
-
-int note_restart(sd_bus_message*, void* heard, sd_bus_error*) {
-  static_cast<Heard*>(heard)->restarted = true;
-  return 0;
+  return sd_bus_message_read(signal, "i", &state) >= 0 && state == kStateCollision;
 }
 
 Status append_service(sd_bus_message* call, const AnnouncedNode& node, const std::string& name) {
@@ -79,8 +73,10 @@ Status announce(const AnnouncedNode& node, const std::string& name, const std::s
   Result<SystemBus> bus = SystemBus::open();
   if (!bus) return bus.error();
   Heard heard;
-  if (Status matched = bus->match("EntryGroup", "StateChanged", note_state, &heard); !matched) return matched;
-  if (Status matched = bus->match_restart(note_restart, &heard); !matched) return matched;
+  const auto on_state = [&heard](sd_bus_message* signal) { heard.collision = heard.collision || is_collision(signal); };
+  const auto on_restart = [&heard](sd_bus_message*) { heard.restarted = true; };
+  if (Status matched = bus->match("EntryGroup", "StateChanged", on_state); !matched) return matched;
+  if (Status matched = bus->match_restart(on_restart); !matched) return matched;
   if (Status added = add_service(*bus, node, name); !added) return added;
   // Avahi may have been started for this call.
   heard.restarted = false;

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <systemd/sd-bus.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 #include "wire/zmq_socket.h"
 
@@ -29,7 +32,19 @@ Error avahi_failure(const sd_bus_error& fault) {
   return {ErrorCode::NotFound, "Avahi does not run here; install and start it: apt install avahi-daemon"};
 }
 
+int call_handler(sd_bus_message* signal, void* handler, sd_bus_error*) {
+  (*static_cast<BusHandler*>(handler))(signal);
+  return 0;
+}
+
 }  // namespace
+
+void BusMessageDeleter::operator()(sd_bus_message* message) const { sd_bus_message_unref(message); }
+void SystemBus::Closer::operator()(sd_bus* bus) const { sd_bus_flush_close_unref(bus); }
+
+BusHandler* SystemBus::keep(BusHandler handler) {
+  return handlers_.emplace_back(std::make_unique<BusHandler>(std::move(handler))).get();
+}
 
 Result<SystemBus> SystemBus::open() {
   sd_bus* bus = nullptr;
@@ -60,20 +75,19 @@ Result<BusMessage> SystemBus::call(BusMessage call) {
   return error;
 }
 
-Status SystemBus::match(const std::string& interface, const std::string& name, sd_bus_message_handler_t callback,
-                        void* data) {
+Status SystemBus::match(const std::string& interface, const std::string& name, BusHandler handler) {
   const int code = sd_bus_match_signal(bus_.get(), nullptr, nullptr, nullptr, interface_of(interface).c_str(),
-                                       name.c_str(), callback, data);
+                                       name.c_str(), call_handler, keep(std::move(handler)));
   if (code < 0) return bus_failure(code, name);
   return {};
 }
 
-Status SystemBus::match_restart(sd_bus_message_handler_t callback, void* data) {
+Status SystemBus::match_restart(BusHandler handler) {
   const std::string rule = fmt::format(
       "type='signal',sender='org.freedesktop.DBus',interface='org.freedesktop.DBus',member='NameOwnerChanged',"
       "arg0='{}'",
       kAvahi);
-  const int code = sd_bus_add_match(bus_.get(), nullptr, rule.c_str(), callback, data);
+  const int code = sd_bus_add_match(bus_.get(), nullptr, rule.c_str(), call_handler, keep(std::move(handler)));
   if (code < 0) return bus_failure(code, "NameOwnerChanged");
   return {};
 }

@@ -1,13 +1,15 @@
 #pragma once
 
-#include <systemd/sd-bus.h>
-
-#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "base/time.h"
+
+struct sd_bus;  // of sd-bus (libsystemd)
+struct sd_bus_message;
 
 namespace mocap::wire {
 
@@ -15,9 +17,11 @@ namespace mocap::wire {
 inline constexpr const char* kNodeService = "_mocapd-node._tcp";
 
 struct BusMessageDeleter {
-  void operator()(sd_bus_message* message) const { sd_bus_message_unref(message); }
+  void operator()(sd_bus_message* message) const;
 };
 using BusMessage = std::unique_ptr<sd_bus_message, BusMessageDeleter>;
+/// Reads a signal.
+using BusHandler = std::function<void(sd_bus_message*)>;
 
 /// A method of an object of Avahi (its D-Bus interfaces: avahi.org, *.introspect), without the prefix
 /// org.freedesktop.Avahi.
@@ -38,10 +42,10 @@ class SystemBus {
   /// Fails with NotFound if Avahi does not run, with Busy if it knows the name of the service already, and with Io.
   Result<BusMessage> call(BusMessage call);
 
-  /// Calls `callback` for each signal of Avahi with this interface and name, of any object.
-  Status match(const std::string& interface, const std::string& name, sd_bus_message_handler_t callback, void* data);
-  /// Calls `callback` when Avahi starts or ends.
-  Status match_restart(sd_bus_message_handler_t callback, void* data);
+  /// Calls `handler` for each signal of Avahi with this interface and name, of any object.
+  Status match(const std::string& interface, const std::string& name, BusHandler handler);
+  /// Calls `handler` when Avahi starts or ends.
+  Status match_restart(BusHandler handler);
 
   /// Waits at most `patience` for messages, or until `wake` is readable (-1: nothing), and processes what has arrived.
   /// Fails with Io after the connection was closed.
@@ -49,10 +53,12 @@ class SystemBus {
 
  private:
   struct Closer {
-    void operator()(sd_bus* bus) const { sd_bus_flush_close_unref(bus); }
+    void operator()(sd_bus* bus) const;
   };
   explicit SystemBus(sd_bus* bus) : bus_(bus) {}
+  BusHandler* keep(BusHandler handler);
   Status process();
+  std::vector<std::unique_ptr<BusHandler>> handlers_;  // the bus has their addresses
   std::unique_ptr<sd_bus, Closer> bus_;
 };
 
