@@ -151,9 +151,8 @@ class Audit(unittest.TestCase):
 
         self.done(daemon.ctl("subject", "reset", "actor"))
 
-        health = until(lambda: (daemon.status()["health"] or {}).get("audit", {}).get("error") and daemon.status()["health"],
-                       "health")
-        self.assertIn("is a symbolic link", health["audit"]["error"])
+        fault = until(lambda: daemon.status().get("health", {}).get("audit", {}).get("error"), "a fault in health")
+        self.assertIn("is a symbolic link", fault)
         self.done(daemon.ctl("subject", "reset", "actor"))
         self.assertEqual(daemon.program.output().count("is a symbolic link"), 1, daemon.program.output())
         self.assertEqual(precious.read_text(), "text")
