@@ -19,7 +19,7 @@ CASES = [json.loads(path.read_text()) for path in sorted((SOURCE / "proto/axes")
 # Positions are multiples of a power of two and therefore exact; quaternions have an error of 6e-8 in single precision.
 TOLERANCE = 1e-5
 
-WELL, NOTHING_LISTENS, KEY_MISSING, KEY_REFUSED, SERVER_KEY_WRONG, VERSION_TOO_NEW = 0, 1, 3, 4, 5, 7
+WELL, NOTHING_LISTENS, NOT_A_FEED, KEY_MISSING, KEY_REFUSED, SERVER_KEY_WRONG, VERSION_TOO_NEW = 0, 1, 2, 3, 4, 5, 7
 
 
 def commands():
@@ -150,6 +150,10 @@ class Clients(unittest.TestCase):
         self.assertEqual({said["diagnosis"] for said in run_all(feed.endpoint, keys=(server[0], *ours)).values()}, {WELL})
         for keys, diagnosis in (((), KEY_MISSING), ((server[0], *others), KEY_REFUSED), ((others[0], *ours), SERVER_KEY_WRONG)):
             for client, said in run_all(feed.endpoint, keys=keys, seconds=6).items():
+                for _ in range(10):  # under load a handshake can take longer than a client waits for the reason of a refusal
+                    if said["diagnosis"] != NOT_A_FEED:
+                        break
+                    said = end(start(client, feed.endpoint, seconds=6, keys=keys))
                 self.assertEqual((said["diagnosis"], said["frames"]), (diagnosis, 0), f"{client}: {said['sentence']}")
 
     def test_each_client_reads_its_keys_from_files(self):
