@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the checks for a commit, which the build server also runs: format, include table, links in Markdown, warnings, each
-# header alone, shell scripts. tools/test.sh runs the tests.
+# Runs the checks for a commit, which the build server also runs: format, include table, standard headers, links in
+# Markdown, warnings, each header alone, shell scripts. tools/test.sh runs the tests.
 #
 # usage: tools/check.sh [--fix] [--tidy] [--all]
 #   --fix    format the files instead of reporting them
@@ -68,7 +68,7 @@ build() {
   return $status
 }
 
-headers_alone() { cmake --build build/release --target all_verify_interface_header_sets; }
+headers_alone() { cmake --build build/release --target headers_alone; }
 
 tidy() {
   local sources
@@ -96,6 +96,7 @@ commit_names() {
 
 check format format
 check "include table" tests/layers.py
+check "standard headers of headers" tests/std_includes.py
 check "links in Markdown" tests/links.py
 check "build, warnings are errors" build
 check "each header compiles alone" headers_alone

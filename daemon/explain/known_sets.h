@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/bounded_vector.h"

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <utility>

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "base/spsc_queue.h"

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "model/camera_model.h"
 
 namespace mocap::scene {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chrono>
+
 #include "base/key_visitor.h"
 #include "base/time.h"
 

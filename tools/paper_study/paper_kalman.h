@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "paper_study/paper_alpha_beta.h"
 
 namespace mocap::paper_study {

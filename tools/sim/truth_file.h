@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <utility>
 
 #include "base/result.h"
 #include "model/snapshot.h"

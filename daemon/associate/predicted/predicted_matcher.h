@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "calibration/wand/solve_wand.h"
 
 namespace mocap::calibration {

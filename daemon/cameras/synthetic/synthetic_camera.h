@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "cameras/camera_make.h"
 #include "cameras/synthetic/synthetic_settings.h"

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "lib/retrack/set_source.h"
 #include "synchronise/frame_aligner.h"

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <span>
 
 #include "calibration/wand/wand.h"
 #include "calibration/wand/wand_recording.h"
