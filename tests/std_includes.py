@@ -38,6 +38,8 @@ NAMES = {
     "Eigen/": r"\bEigen::",
     "fmt/": r"\bfmt::",
 }
+# The name of a header in C.
+IN_C = {"cstdint": "stdint.h", "cmath": "math.h"}
 NAMES = {header: re.compile(pattern) for header, pattern in NAMES.items()}
 INCLUDE = re.compile(r"^[ \t]*#[ \t]*include[ \t]*[<\"]([^>\"]+)[>\"]", re.MULTILINE)
 # Text that is not code: comments and string literals.
@@ -55,7 +57,7 @@ def faults_of(text):
     code = code_of(INCLUDE.sub("", text))
     faults = []
     for header, pattern in NAMES.items():
-        if any(name == header or (header.endswith("/") and name.startswith(header)) for name in included):
+        if any(name in (header, IN_C.get(header)) or (header.endswith("/") and name.startswith(header)) for name in included):
             continue
         used = pattern.search(code)
         if used:

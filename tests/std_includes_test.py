@@ -32,6 +32,9 @@ class TheCheck(unittest.TestCase):
     def test_takes_an_included_header_for_granted(self):
         self.assert_fine("#include <Eigen/Core>\n#include <cstdint>\n\nEigen::Vector3d a;\nstd::uint8_t b;\nuint16_t c;\n")
 
+    def test_takes_the_header_of_c_for_that_of_cpp(self):
+        self.assert_fine("#include <stdint.h>\n\nuint16_t a;\n")
+
     def test_ignores_comments_strings_and_names_of_others(self):
         self.assert_fine('// std::vector\nconst char* a = "std::vector";\nmy::vector b;\nstd::vector_of_ours c;\n')
 

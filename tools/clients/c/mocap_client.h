@@ -23,8 +23,6 @@
 #ifndef MOCAP_CLIENT_H
 #define MOCAP_CLIENT_H
 
-#include <cstdint>
-
 #include <stddef.h>
 #include <stdint.h>
 
