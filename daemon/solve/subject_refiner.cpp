@@ -1,7 +1,9 @@
 #include "solve/subject_refiner.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "base/expects.h"
@@ -15,10 +17,14 @@ using bodyfit::BodyOffsets;
 // All values were chosen by hand and are not yet measured. Smallest number of poses of a fit: fewer poses have less
 // information about the body than the rest pose and the marker set file.
 constexpr std::size_t kMinInstants = 8;
-// Poses that are held out of the fit for validation: every fourth new pose.
+// Poses that are held out of the fit for validation.
 constexpr std::size_t kMaxValidation = 10;
 constexpr std::size_t kMinValidation = 2;
-constexpr std::size_t kValidationInterval = 4;
+// Every fourth block of time is held out, and a pause separates the blocks. Skin has a memory: poses shortly after each
+// other have the same errors, so that poses beside those of the fit would confirm its errors (decision 0006).
+constexpr Duration kBlock = std::chrono::seconds(1);
+constexpr Duration kPause = std::chrono::milliseconds(300);
+constexpr std::int64_t kBlocksPerValidation = 4;
 // The next fit starts when the number of new poses has grown by this factor since the last fit.
 constexpr double kRefitGrowth = 1.4;
 // Fraction of the markers that a stored pose must have.
@@ -140,6 +146,7 @@ class SubjectRefiner::SubjectRefinement {
     std::copy(fit.marker_offsets_m.begin(), fit.marker_offsets_m.end(), current_offsets_.markers_m.begin());
     poses_.clear();
     validation_poses_.clear();
+    began_at_.reset();
     stage_ = Stage::Gather;
     has_new_rest_pose_ = false;
     new_pose_count_ = 0;
@@ -163,6 +170,7 @@ class SubjectRefiner::SubjectRefinement {
       return;
     if (!waiting_for_rest_ && observed_at_ && at - *observed_at_ < settings_.look_every && at >= *observed_at_) return;
     observed_at_ = at;
+    if (!began_at_ || at < *began_at_) began_at_ = at;
     if (!capture(labels, pose)) return;
     if (waiting_for_rest_) {
       waiting_for_rest_ = false;
@@ -174,9 +182,12 @@ class SubjectRefiner::SubjectRefinement {
       (void)poses_.add_if_different(instant_);
       return;
     }
-    if (poses_.nearest(instant_) < kNewPoseDistance || validation_poses_.nearest(instant_) < kNewPoseDistance) return;
+    if ((at - *began_at_) % kBlock < kPause) return;
+    const bool is_held_out = (at - *began_at_) / kBlock % kBlocksPerValidation == kBlocksPerValidation - 1;
+    PoseCollection& to = is_held_out ? validation_poses_ : poses_;
+    if (to.nearest(instant_) < kNewPoseDistance) return;
     ++new_pose_count_;
-    (void)(new_pose_count_ % kValidationInterval == 0 ? validation_poses_ : poses_).add_if_different(instant_);
+    (void)to.add_if_different(instant_);
   }
 
   bool has_work() const { return stage_ != Stage::Gather || ready(); }
@@ -320,6 +331,7 @@ class SubjectRefiner::SubjectRefinement {
   bool waiting_for_rest_ = false;
   bool has_new_rest_pose_ = false;
   std::optional<Timestamp> observed_at_;
+  std::optional<Timestamp> began_at_;  // of the first block
   std::size_t new_pose_count_ = 0;
   std::size_t next_fit_count_ = kMinInstants;
   Stage stage_ = Stage::Gather;

@@ -174,6 +174,55 @@ TEST(SubjectRefiner, DoesNotAssumeThatTheArmsOfAnAPoseAreAtRest) {
   }
 }
 
+/// Displaces markers as skin does: 8 mm rms, half of the variance common to the markers of a bone, with a memory of
+/// 0.2 s.
+class Skin {
+ public:
+  Skin(const MarkerSet& set, unsigned seed)
+      : set_(set),
+        random_(seed),
+        bones_m_(set.skeleton.bones.size(), Eigen::Vector3d::Zero()),
+        markers_m_(set.markers.size(), Eigen::Vector3d::Zero()) {}
+
+  void displace(Labels& labels) {
+    for (Eigen::Vector3d& bone_m : bones_m_) step(bone_m);
+    for (std::size_t m = 0; m < markers_m_.size(); ++m) {
+      step(markers_m_[m]);
+      labels[0].markers[m].position.v += markers_m_[m] + bones_m_[static_cast<std::size_t>(set_.markers[m].bone)];
+    }
+  }
+
+ private:
+  void step(Eigen::Vector3d& displacement_m) {
+    static constexpr double kSigma_m = 0.0033;  // of each axis and each of the two parts
+    const double kept = std::exp(-1.0 / (0.2 * kRate_hz));
+    std::normal_distribution<double> normal(0.0, kSigma_m * std::sqrt(1.0 - kept * kept));
+    displacement_m = kept * displacement_m + Eigen::Vector3d(normal(random_), normal(random_), normal(random_));
+  }
+
+  const MarkerSet& set_;
+  std::mt19937 random_;
+  std::vector<Eigen::Vector3d> bones_m_, markers_m_;
+};
+
+TEST(SubjectRefiner, KeepsATrueBodyWhereSkinHasAMemory) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    Person person(test::person("baseline41"), seed, 0.0);
+    const std::vector<Subject> subjects{{"somebody", person.body().marker_set(), true}};
+    Skin skin(person.body().marker_set(), seed);
+    const auto solver = make_skeleton_solver({}, subjects);
+    SubjectRefiner refiner({}, subjects);
+    for (int set = 0; set < 2400; ++set) {
+      const Timestamp at = from_ns(1'000'000'000) + from_s(set / kRate_hz);
+      person.at(set);
+      Labels measured = person.measured_labels();
+      skin.displace(measured);
+      const auto& [labels, poses] = solver->solve(measured, at);
+      EXPECT_FALSE(refiner.step(labels, poses, at)) << "seed " << seed << ", set " << set;
+    }
+  }
+}
+
 TEST(SubjectRefiner, GivesTheSameFitsForTheSameSets) {
   EXPECT_EQ(track("baseline41", 5, 900, {}).fits, track("baseline41", 5, 900, {}).fits);
 }
