@@ -103,6 +103,17 @@ TEST(RunSkeleton, KeepsAPoseInSolverNoise) {
   EXPECT_LT(figures->joint_cm, 2.0);
 }
 
+TEST(RunSkeleton, HasNoErrorWithoutAPose) {
+  auto clip = clip_of("wave", {.seconds = 1.0, .rate_hz = 30.0});
+  ASSERT_TRUE(clip);
+  for (Eigen::Vector3d& place_m : clip->clip.take.places_m) place_m.setConstant(NAN);
+  const auto figures = run_skeleton(*clip, SkeletonKnown::Given, {}, 1);
+
+  ASSERT_TRUE(figures) << figures.error().message;
+  EXPECT_EQ(figures->posed_share, 0.0);
+  EXPECT_TRUE(std::isnan(figures->joint_cm) && std::isnan(figures->joint_p99_cm) && std::isnan(figures->rotation_deg));
+}
+
 TEST(SkeletonKnown, IsNamedAsItIsPrinted) {
   EXPECT_EQ(skeleton_mode_named("first5"), SkeletonKnown::FirstFive);
   EXPECT_FALSE(skeleton_mode_named("warm"));

@@ -21,6 +21,7 @@
 #include "cameras/node/node_settings.h"
 #include "fusion/fusion.h"
 #include "lib/simworld/fuse_world.h"
+#include "lib/thread_time.h"
 #include "settings/subject/marker_set_file.h"
 #include "wire/zmq_node_server.h"
 
@@ -128,11 +129,9 @@ class TimedSolver : public SkeletonSolver {
   const SolvedSubjects& solve(const Labels& labels, Timestamp at, std::span<const LabelledBearing> bearings,
                               std::span<const AmbiguousObservation> ambiguous) override {
     const SolvedSubjects& solved = real_->solve(labels, at, bearings, ambiguous);
-    timespec used{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-    const double now_ms = 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
-    if (measuring_) spans_ms_.push_back(now_ms - last_ms_);
-    last_ms_ = now_ms;
+    const Duration now = thread_time();
+    if (measuring_) spans_ms_.push_back(1e3 * to_s(now - last_));
+    last_ = now;
     return solved;
   }
   void refit(const SubjectFit& fit) override { real_->refit(fit); }
@@ -142,7 +141,7 @@ class TimedSolver : public SkeletonSolver {
   std::unique_ptr<SkeletonSolver> real_;
   std::vector<double>& spans_ms_;
   const std::atomic<bool>& measuring_;
-  double last_ms_ = 0.0;
+  Duration last_{};
 };
 
 // Processor time of the threads of this process by their name, s.

@@ -1,7 +1,5 @@
 #include "eval/scene_run.h"
 
-#include <ctime>
-
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -12,6 +10,7 @@
 #include "lib/offline/offline_tracks.h"
 #include "lib/simworld/recognition.h"
 #include "lib/simworld/scene_world.h"
+#include "lib/thread_time.h"
 #include "settings/rig/rig_file.h"
 #include "take/recordings/snapshot_writer.h"
 
@@ -23,13 +22,6 @@ Result<Rig> rig_of(const simworld::SceneFile& scene) {
   Result<Rig, settings::Faults> rig = settings::load_rig(scene.rig_file);
   if (!rig) return Error{ErrorCode::InvalidArgument, settings::to_text(rig.error())};
   return *std::move(rig);
-}
-
-// CPU time of this thread, s.
-double thread_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 struct TrueSet {
@@ -149,14 +141,14 @@ class SceneRun {
   }
 
   Status step() {
-    const double begun_s = thread_s();
+    const double begun_s = to_s(thread_time());
     world_.step();
-    const double seen_s = thread_s();
+    const double seen_s = to_s(thread_time());
     outcome_.world_s += seen_s - begun_s;
     ++outcome_.sets;
     if (world_.frames().empty()) return {};  // nothing reaches the daemon
     const Snapshot& snapshot = pipeline_.step(world_.frames());
-    outcome_.row_s += thread_s() - seen_s;
+    outcome_.row_s += to_s(thread_time()) - seen_s;
     explain();
     if (Status written = write(snapshot); !written) return written;
     if (!offline_) {

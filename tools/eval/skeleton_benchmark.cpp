@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -68,8 +69,10 @@ int fail_skeleton(const Error& error) {
 
 std::string skeleton_line(const SkeletonCase& one) {
   const benchmark::SkeletonFigures& f = one.figures;
-  return fmt::format("{:<22} {:<7} {:<9} {:>4} {:>9.2f} {:>9.2f} {:>9.2f} {:>8.4f} {:>6.2f}\n", one.clip, one.mode,
-                     one.noise, one.seed, f.joint_cm, f.joint_p99_cm, f.rotation_deg, f.posed_share, f.ms_per_frame);
+  const auto figure = [](double value) { return std::isnan(value) ? std::string("-") : fmt::format("{:.2f}", value); };
+  return fmt::format("{:<22} {:<7} {:<9} {:>4} {:>9} {:>9} {:>9} {:>8.4f} {:>6.2f}\n", one.clip, one.mode, one.noise,
+                     one.seed, figure(f.joint_cm), figure(f.joint_p99_cm), figure(f.rotation_deg), f.posed_share,
+                     f.ms_per_frame);
 }
 
 std::string bone_lines(const SkeletonCase& one) {

@@ -1,14 +1,17 @@
 #pragma once
 
+#include <chrono>
 #include <ctime>
 
-namespace mocap::benchmark {
+#include "base/time.h"
 
-/// CPU time that this thread has used, s.
-inline double thread_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+namespace mocap {
+
+/// Processor time that the calling thread has used.
+inline Duration thread_time() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::chrono::seconds(used.tv_sec) + std::chrono::nanoseconds(used.tv_nsec);
 }
 
-}  // namespace mocap::benchmark
+}  // namespace mocap

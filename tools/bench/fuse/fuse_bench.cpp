@@ -1,7 +1,5 @@
 #include "bench/fuse/fuse_bench.h"
 
-#include <ctime>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include "associate/multi_view_matcher.h"
 #include "bench/at_share.h"
 #include "bench/fuse/fuse_reference.h"
+#include "lib/thread_time.h"
 #include "model/identity_map.h"
 #include "settings/subject/marker_set_file.h"
 #include "synchronise/frame_aligner.h"
@@ -23,12 +22,6 @@ namespace {
 
 constexpr double kNear_m = 0.01;     // an output farther than this from every true marker is a ghost
 constexpr int kReferenceSets = 100;  // few sets suffice: the reference is slow with many cameras and varies little
-
-Duration thread_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
-}
 
 enum Part { kAlign, kPredict, kMatch, kTriangulate, kTrack, kPartCount };
 

@@ -1,7 +1,5 @@
 #include "bench/solve/solve_bench.h"
 
-#include <ctime>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +13,7 @@
 #include "lib/scoring/labels_score.h"
 #include "lib/simworld/recognition.h"
 #include "lib/simworld/scene_world.h"
+#include "lib/thread_time.h"
 
 namespace mocap::bench {
 namespace {
@@ -27,12 +26,6 @@ constexpr int kReferenceStep = 4;   // during the warm-up the reference follows 
 constexpr std::array<std::array<double, 2>, 6> kPlaces_m{
     {{0.0, 0.0}, {0.0, 2.4}, {0.0, -2.4}, {2.4, 1.2}, {2.4, -1.2}, {-2.4, 0.0}}};
 
-double thread_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
 double at_share(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -43,8 +36,8 @@ double at_share(std::vector<double> values, double share) {
 // Adds the CPU time of the thread between constructor and destructor to a sum.
 class Stopwatch {
  public:
-  explicit Stopwatch(double& spent_us) : spent_us_(spent_us), begun_us_(thread_us()) {}
-  ~Stopwatch() { spent_us_ += thread_us() - begun_us_; }
+  explicit Stopwatch(double& spent_us) : spent_us_(spent_us), begun_us_(to_us(thread_time())) {}
+  ~Stopwatch() { spent_us_ += to_us(thread_time()) - begun_us_; }
   Stopwatch(const Stopwatch&) = delete;
   Stopwatch& operator=(const Stopwatch&) = delete;
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "lib/benchmark/point_pipeline.h"
-#include "lib/benchmark/thread_time.h"
+#include "lib/thread_time.h"
 #include "scene/ring_rig.h"
 
 namespace mocap::benchmark {
@@ -101,10 +101,10 @@ Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   for (std::size_t i = 0; i < prelude->size() + frames.size(); ++i) {
     const bool is_prelude = i < prelude->size();
     const NoisyFrame& frame = is_prelude ? (*prelude)[i] : frames[i - prelude->size()];
-    const double begun_s = thread_s();
+    const double begun_s = to_s(thread_time());
     const Snapshot& snapshot = pipeline.step(kBegin + from_s(static_cast<double>(i) / clip.rate_hz), frame);
     if (is_prelude) continue;
-    spent_s += thread_s() - begun_s;
+    spent_s += to_s(thread_time()) - begun_s;
     const std::vector<int> given = labels_of(frame, snapshot);
     truth.clear();
     for (const NoisyPoint& point : frame.points) truth.push_back(point.marker);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "lib/benchmark/point_pipeline.h"
-#include "lib/benchmark/thread_time.h"
+#include "lib/thread_time.h"
 #include "scene/ring_rig.h"
 
 namespace mocap::benchmark {
@@ -67,6 +67,7 @@ class Errors {
     if (joints_cm_.empty()) return figures;
     const auto joints = static_cast<double>(joints_cm_.size());
     figures.posed_share = static_cast<double>(posed_) / static_cast<double>(frames);
+    figures.joint_cm = figures.rotation_deg = 0.0;
     for (std::size_t b = 0; b < bones_.size(); ++b) {
       figures.joint_cm += bones_[b].joint_cm / joints;
       figures.rotation_deg += bones_[b].rotation_deg / joints;
@@ -111,11 +112,11 @@ Result<SkeletonFigures> run_skeleton(const PosedClip& posed, SkeletonKnown mode,
   Errors errors(posed.body.skeleton);
   double spent_s = 0.0;
   for (std::size_t i = 0; i < clip.frames(); ++i) {
-    const double begun_s = thread_s();
+    const double begun_s = to_s(thread_time());
     const Snapshot& snapshot = pipeline.step(kSkeletonBegin + from_s(static_cast<double>(i) / clip.rate_hz),
                                              i < posed.begin ? clean[i] : noisy[i]);
     if (i < posed.begin) continue;
-    spent_s += thread_s() - begun_s;
+    spent_s += to_s(thread_time()) - begun_s;
     if (!snapshot.poses.empty() && !snapshot.poses[0].bones.empty()) errors.add(snapshot.poses[0], posed.bones(i));
   }
   const std::uint64_t frames = clip.frames() - posed.begin;

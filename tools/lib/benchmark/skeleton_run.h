@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,13 +32,15 @@ struct BoneFigures {
   double rotation_deg = 0.0;
 };
 
-/// Errors of the joints and bones, over all frames after the beginning of the clip in which the daemon has a pose.
+/// Errors of the joints and bones, over all frames after the beginning of the clip in which the daemon has a pose. NaN
+/// if it has none.
 struct SkeletonFigures {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t frames = 0;        ///< scored frames
   double posed_share = 0.0;        ///< of these, with a pose
-  double joint_cm = 0.0;           ///< mean distance of a joint from its true position
-  double joint_p99_cm = 0.0;       ///< 99th percentile of these distances
-  double rotation_deg = 0.0;       ///< mean angle between a bone's rotation in the world and the true one
+  double joint_cm = kNone;         ///< mean distance of a joint from its true position
+  double joint_p99_cm = kNone;     ///< 99th percentile of these distances
+  double rotation_deg = kNone;     ///< mean angle between a bone's rotation in the world and the true one
   std::vector<BoneFigures> bones;  ///< in the order of the skeleton; empty without a pose
   double ms_per_frame = 0.0;       ///< CPU time of the daemon's steps in this thread, mean
 };
