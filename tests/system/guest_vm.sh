@@ -3,12 +3,13 @@
 # the guest is the host's / (read-only over 9p, with a tmpfs overlay), so that built programs run unchanged from any folder but
 # /run and below.
 #
-#   guest_vm.sh [vivid=N] [loopback=N] [usb3=N] [usbip=N] BUILD_DIR PROGRAM [ARGUMENT...]
+#   guest_vm.sh [vivid=N] [loopback=N] [usb3=N] [usbip=N] [sound=N] BUILD_DIR PROGRAM [ARGUMENT...]
 #
 #   vivid=N     N cameras /dev/video0.. of the kernel's test driver
 #   loopback=N  N devices /dev/video0.. of v4l2loopback, which deliver the images that another program writes
 #   usb3=N      N USB3 host controllers whose devices programs simulate (dummy_hcd, FunctionFS), and udev
 #   usbip=N     N devices that programs simulate, all on one USB2 host controller (vhci_hcd.0); needs usb3
+#   sound=N     N sound cards hw:0.. of snd-aloop: what a program plays on hw:N,0 is recorded from hw:N,1
 #
 # Exit code: that of PROGRAM; 77 with a reason if the virtual machine is not possible. Kernel, headers and other packages are
 # downloaded once into BUILD_DIR/guest_vm.
@@ -19,13 +20,14 @@ skip() {
   exit 77
 }
 
-vivid=0 loopback=0 usb3=0 usbip=0
+vivid=0 loopback=0 usb3=0 usbip=0 sound=0
 while :; do
   case "${1:-}" in
     vivid=*) vivid=${1#*=} ;;
     loopback=*) loopback=${1#*=} ;;
     usb3=*) usb3=${1#*=} ;;
     usbip=*) usbip=${1#*=} ;;
+    sound=*) sound=${1#*=} ;;
     *) break ;;
   esac
   shift
@@ -119,6 +121,7 @@ wanted=()
 [ "$loopback" -eq 0 ] || wanted+=(videodev)
 [ "$usb3" -eq 0 ] || wanted+=(dummy_hcd usb_f_fs)
 [ "$usbip" -eq 0 ] || wanted+=(vhci-hcd usbip-vudc)
+[ "$sound" -eq 0 ] || wanted+=(snd-aloop)
 vivid_options="n_devs=$vivid node_types=$(each 0x1 "$vivid") no_error_inj=0"
 # Prints the words quoted for a shell.
 quoted() {
@@ -142,6 +145,7 @@ for path in $(in_order "${wanted[@]}"); do
     */vivid.ko) options=$vivid_options ;;
     */dummy_hcd.ko) options="is_super_speed=1 num=$usb3" ;;
     */usbip-vudc.ko) options="num=$usbip" ;;
+    */snd-aloop.ko) options="enable=$(each 1 "$sound")" ;;
     *) options= ;;
   esac
   echo "insmod $(quoted "/root$modules/$path") $options"

@@ -1,6 +1,10 @@
-"""Writes LTC into WAV files, by libltc's encoder (Debian's libltc11)."""
+"""Writes LTC into WAV files and plays it on sound devices, by libltc's encoder (Debian's libltc11).
+
+usage: ltc.py DEVICE SECONDS HOURS    plays LTC that begins at HOURS o'clock
+"""
 
 import ctypes
+import sys
 import wave
 
 
@@ -22,21 +26,56 @@ def _library():
     return library
 
 
-def write_wav(path, seconds, hours=10, rate_hz=16000):
-    """Writes `seconds` of LTC with 25 frames a second that begins at `hours` o'clock."""
+def frames(seconds, hours, rate_hz):
+    """Yields each of `seconds` * 25 frames of LTC that begins at `hours` o'clock: 16-bit samples as bytes."""
     library = _library()
     encoder = library.ltc_encoder_create(rate_hz, 25.0, 1, 0)
     library.ltc_encoder_set_timecode(encoder, ctypes.byref(_Timecode(b"+0000", 0, 0, 0, hours, 0, 0, 0)))
     buffer = ctypes.create_string_buffer(library.ltc_encoder_get_buffersize(encoder))
     # 16 bits of each sample of 8 bits around 128.
     wider = [((value - 128) * 256).to_bytes(2, "little", signed=True) for value in range(256)]
+    for _ in range(25 * seconds):
+        library.ltc_encoder_encode_frame(encoder)
+        count = library.ltc_encoder_copy_buffer(encoder, buffer)
+        yield b"".join(wider[value] for value in buffer.raw[:count])
+        library.ltc_encoder_inc_timecode(encoder)
+    library.ltc_encoder_free(encoder)
+
+
+def write_wav(path, seconds, hours=10, rate_hz=16000):
+    """Writes `seconds` of LTC with 25 frames a second that begins at `hours` o'clock."""
     with wave.open(str(path), "wb") as out:
         out.setnchannels(1)
         out.setsampwidth(2)
         out.setframerate(rate_hz)
-        for _ in range(25 * seconds):
-            library.ltc_encoder_encode_frame(encoder)
-            count = library.ltc_encoder_copy_buffer(encoder, buffer)
-            out.writeframes(b"".join(wider[value] for value in buffer.raw[:count]))
-            library.ltc_encoder_inc_timecode(encoder)
-    library.ltc_encoder_free(encoder)
+        for samples in frames(seconds, hours, rate_hz):
+            out.writeframes(samples)
+
+
+def play(device, seconds, hours=10, rate_hz=48000):
+    """Plays `seconds` of LTC on a sound device of ALSA."""
+    library = ctypes.CDLL("libasound.so.2")
+    library.snd_strerror.restype = ctypes.c_char_p
+    library.snd_pcm_writei.restype = ctypes.c_long
+    library.snd_pcm_writei.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_ulong]
+
+    def check(result):
+        if result < 0:
+            raise OSError(-result, f"{device}: {library.snd_strerror(ctypes.c_int(result)).decode()}")
+        return result
+
+    pcm = ctypes.c_void_p()
+    playback, s16_le, interleaved, latency_us = 0, 2, 3, 1_000_000
+    check(library.snd_pcm_open(ctypes.byref(pcm), device.encode(), playback, 0))
+    check(library.snd_pcm_set_params(pcm, s16_le, interleaved, 1, rate_hz, 0, latency_us))
+    for samples in frames(seconds, hours, rate_hz):
+        written = library.snd_pcm_writei(pcm, samples, len(samples) // 2)
+        if written < 0:  # the device ran empty: this frame is lost
+            check(library.snd_pcm_recover(pcm, ctypes.c_int(written), 1))
+        elif written * 2 < len(samples):
+            raise OSError(f"{device}: took a part of a frame")
+    library.snd_pcm_close(pcm)
+
+
+if __name__ == "__main__":
+    play(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

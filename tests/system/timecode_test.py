@@ -1,7 +1,14 @@
-"""Timecode of a running daemon: LTC from a WAV file that is played in real time, and UTC. Runs in its own network namespace."""
+"""Timecode of a running daemon: LTC from a WAV file that is played in real time, and UTC. Runs in its own network namespace.
+
+The tests of Device need a sound card of snd-aloop; guest_vm.sh sound=1 runs them.
+"""
 
 import csv
 import json
+import os
+import pathlib
+import subprocess
+import sys
 import time
 import unittest
 
@@ -23,7 +30,7 @@ def seconds_in(text):
     return 3600 * hours + 60 * minutes + seconds + FRAME_S * frames
 
 
-class Timecode(unittest.TestCase):
+class WithTimecode(unittest.TestCase):
     def setUp(self):
         self.desk = Desk()
         self.addCleanup(self.desk.close)
@@ -31,8 +38,11 @@ class Timecode(unittest.TestCase):
         self.control = f"{host}:{int(port) + 1}"
 
     def config(self, timecode):
-        return self.desk.write("mocapd.toml", synthetic_volume(self.desk.endpoint) +
+        return self.desk.write("mocapd.toml", self.cameras() +
                                f"\n[takes]\nmin_free_mb = 1\n[timecode]\nrate = \"25\"\n{timecode}\n")
+
+    def cameras(self):
+        return synthetic_volume(self.desk.endpoint)
 
     def daemon(self, timecode):
         return self.desk.start("mocapd", "--config", self.config(timecode))
@@ -65,6 +75,8 @@ class Timecode(unittest.TestCase):
         self.assertEqual(shown.returncode, 0, shown.stderr)
         return json.loads(shown.stdout)["info"]
 
+
+class Timecode(WithTimecode):
     def test_snapshots_take_and_export_have_the_timecode_of_the_signal(self):
         before = time.monotonic()
         self.ltc_daemon(LONG_S)
@@ -150,6 +162,37 @@ class Timecode(unittest.TestCase):
         self.desk.start("mocapd", "--config", config)
         searching = until(lambda: (t := self.health().get("timecode")) and t["sentence"] and t, "a reason")
         self.assertIn("no timecode because device 'none': cannot be opened", searching["sentence"])
+
+
+@unittest.skipUnless("MOCAP_GUEST" in os.environ, "needs guest_vm.sh sound=1")
+class Device(WithTimecode):
+    def cameras(self):  # few images for an emulated processor
+        return super().cameras().replace("rate_hz = 30", "rate_hz = 5")
+
+    def play(self, hours):
+        player = subprocess.Popen([sys.executable, pathlib.Path(__file__).parent / "ltc.py", "hw:0,0", str(LONG_S), str(hours)])
+        self.addCleanup(player.wait)
+        self.addCleanup(player.kill)
+        return player
+
+    def test_the_signal_is_followed_lost_and_followed_again(self):
+        player = self.play(10)
+        self.daemon('source = "ltc"\ndevice = "hw:0,1"\ncoast_s = 1')
+        self.assertEqual(self.wait_for("LOCKED")["now"]["hours"], 10)
+        offsets = []
+        for _ in range(5):
+            snapshot = until(lambda: "timecode" in (one := self.snapshot()) and one, "a snapshot with timecode")
+            offsets.append(int(snapshot["instants"]["exposedAtNs"]) * 1e-9 - seconds_of(snapshot["timecode"]))
+        self.assertLess(max(offsets) - min(offsets), FRAME_S + 0.01)
+
+        player.kill()
+        player.wait()
+        lost = self.wait_for("LOST")
+        self.assertFalse(lost["locked"])
+        self.assertIn("hw:0,1", lost["sentence"])
+
+        self.play(11)
+        until(lambda: (t := self.health()["timecode"]).get("locked") and t["now"]["hours"] == 11, "the second signal is followed")
 
 
 if __name__ == "__main__":
