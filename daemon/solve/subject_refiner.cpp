@@ -20,7 +20,7 @@ constexpr std::size_t kMinInstants = 8;
 // Poses that are held out of the fit for validation.
 constexpr std::size_t kMaxValidation = 10;
 constexpr std::size_t kMinValidation = 2;
-// Every fourth block of time is held out, and a pause separates the blocks. Skin has a memory: poses shortly after each
+// The second of four blocks of time is held out, and a pause precedes each. Skin has a memory: poses shortly after each
 // other have the same errors, so that poses beside those of the fit would confirm its errors (decision 0006).
 constexpr Duration kBlock = std::chrono::seconds(1);
 constexpr Duration kPause = std::chrono::milliseconds(300);
@@ -183,7 +183,7 @@ class SubjectRefiner::SubjectRefinement {
       return;
     }
     if ((at - *began_at_) % kBlock < kPause) return;
-    const bool is_held_out = (at - *began_at_) / kBlock % kBlocksPerValidation == kBlocksPerValidation - 1;
+    const bool is_held_out = (at - *began_at_) / kBlock % kBlocksPerValidation == 1;
     PoseCollection& to = is_held_out ? validation_poses_ : poses_;
     if (to.nearest(instant_) < kNewPoseDistance) return;
     ++new_pose_count_;
