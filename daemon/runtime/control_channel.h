@@ -57,10 +57,17 @@ struct MaskLearnt {
   bool has_pixels = true;  ///< false: the camera delivers blobs alone, and nothing was learned
 };
 
+/// The drawn masks of one camera, all of them.
+struct DrawnMasks {
+  CameraId camera;
+  std::vector<MaskPolygon> polygons;
+};
+
 /// From the control thread to the main thread: reload the configuration, after an optional change of it or of the rig.
 struct MainOrder {
   std::uint64_t number = 0;
   std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: learnt masks to save; empty: no change
+  std::optional<DrawnMasks> drawn;              ///< drawn masks to save
   std::string subject;                          ///< name of a subject to add to the configuration; empty: none
   std::string marker_set;                       ///< absolute path of the new subject's marker set file
   std::optional<CalibratedRig> rig;             ///< a rig to write and use
