@@ -98,6 +98,17 @@ Status save_subject(const Configuration& now, const settings::NewSubject& subjec
   });
 }
 
+// The same with the content of the marker set, which is kept in a new file. Without the subject there is no file.
+Status save_subject_with_text(const Configuration& now, const std::string& name, const std::string& text) {
+  const Result<std::filesystem::path> file = settings::write_marker_set_text(
+      (now.state.exist() ? now.state.folder : now.file.parent_path()) / "marker_sets", name, text);
+  if (!file) return file.error();
+  Status saved = save_subject(now, {name, *file});
+  std::error_code ignored;
+  if (!saved) std::filesystem::remove(*file, ignored);
+  return saved;
+}
+
 // Writes a calibrated rig, with the masks in force, or an earlier one.
 Status write_ordered_rig(const settings::RigPlaces& places, const Configuration& now, const runtime::MainOrder& order) {
   if (!order.restore.empty()) return settings::restore_rig(places, order.restore);
@@ -161,7 +172,11 @@ std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const
   Status saved;
   if (!order.masks.empty()) saved = save_learnt_masks(now, order.masks);
   if (saved && order.drawn) saved = save_drawn_masks(now, *order.drawn);
-  if (saved && !order.subject.empty()) saved = save_subject(now, {order.subject, order.marker_set});
+  if (saved && !order.marker_set_text.empty()) {
+    saved = save_subject_with_text(now, order.subject, order.marker_set_text);
+  } else if (saved && !order.subject.empty()) {
+    saved = save_subject(now, {order.subject, order.marker_set});
+  }
   if (saved && (order.rig || !order.restore.empty())) saved = save_rig(now, order);
   if (!saved) {
     answer.message = saved.error().message;

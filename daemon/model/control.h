@@ -52,6 +52,7 @@ struct ControlRequest {
   ControlAction action = ControlAction::GetStatus;
   std::string name;        ///< name of the subject or camera; empty: all cameras
   std::string marker_set;  ///< AddSubject: absolute path of a new subject's marker set; empty: a configured subject
+  std::string marker_set_text;  ///< AddSubject: content of a new subject's marker set file, instead of `marker_set`
   std::optional<double> exposure_us;
   std::optional<double> gain_db;
   std::uint32_t images = 0;                       ///< number of images per camera from which a mask is learned

@@ -94,6 +94,8 @@ AuditEntry entry_of(const ControlRequest& order, const ControlAnswer& answer) {
   AuditEntry entry{.what = "ordered", .who = order.by, .details = {{"order", words_of(order)}}};
   entry.details.emplace_back("name", order.name.empty() ? order.calibration.name : order.name);
   entry.details.emplace_back("marker_set", order.marker_set);
+  if (!order.marker_set_text.empty())
+    entry.details.emplace_back("marker_set_bytes", std::to_string(order.marker_set_text.size()));
   if (order.exposure_us) entry.details.emplace_back("exposure_us", fmt::format("{}", *order.exposure_us));
   if (order.gain_db) entry.details.emplace_back("gain_db", fmt::format("{}", *order.gain_db));
   if (order.action == ControlAction::DrawMasks)

@@ -70,6 +70,7 @@ struct MainOrder {
   std::optional<DrawnMasks> drawn;              ///< drawn masks to save
   std::string subject;                          ///< name of a subject to add to the configuration; empty: none
   std::string marker_set;                       ///< absolute path of the new subject's marker set file
+  std::string marker_set_text;                  ///< content of this file, which is to be written, instead of its path
   std::optional<CalibratedRig> rig;             ///< a rig to write and use
   std::string restore;                          ///< name of an earlier rig to use again; empty: none
   bool list_rigs = false;                       ///< lists the earlier rigs, and changes nothing

@@ -226,10 +226,12 @@ ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
 ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const std::stop_token& stop) {
   const auto& subjects = description_.subjects;
   const auto found = std::ranges::find(subjects, request.name, &Subject::name);
-  if (found == subjects.end() && !request.marker_set.empty()) {
+  const bool makes_one = !request.marker_set.empty() || !request.marker_set_text.empty();
+  if (found == subjects.end() && makes_one) {
     MainOrder order;
     order.subject = request.name;
     order.marker_set = request.marker_set;
+    order.marker_set_text = request.marker_set_text;
     return order_main(std::move(order), stop);
   }
   if (found == subjects.end()) {
@@ -238,7 +240,7 @@ ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const 
                                "--marker-set FILE makes a new one",
                                request.name, names_of(subjects), request.name));
   }
-  if (!request.marker_set.empty()) {
+  if (makes_one) {
     return failure(ControlCode::Invalid, fmt::format("there is a subject '{}' already; add it without --marker-set to "
                                                      "search for it again",
                                                      request.name));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/file_name.h"
 #include "wire/codec/calibration_codec.h"
 #include "wire/codec/encode.h"
 #include "wire/codec/encode_numbers.h"
@@ -19,7 +20,7 @@ constexpr double kMostExposure_us = 1e6;  // same limits as [[cameras]] exposure
 constexpr double kMostGain_dB = 60.0;
 constexpr double kFarthestOffset_m = 10.0;  // far larger than any body
 constexpr double kLongestSpan_s = 7 * 86400.0;
-constexpr std::size_t kLongestName = 255, kLongestPath = 4095, kLongestAsker = 64;
+constexpr std::size_t kLongestName = 255, kLongestPath = 4095, kLongestAsker = 64, kLongestText = 48 * 1024;
 
 Error wrong_control(std::string what) { return {ErrorCode::InvalidArgument, std::move(what)}; }
 
@@ -58,6 +59,24 @@ Status check_new_subject(const v1::SubjectRequest& from) {
   return {};
 }
 
+// The daemon writes the text into a file of this name.
+Status check_new_text(const v1::SubjectRequest& from) {
+  if (!from.marker_set().empty()) {
+    return wrong_control("marker_set and marker_set_text are both set, expected one of them");
+  }
+  if (from.marker_set_text().size() > kLongestText) {
+    return wrong_control(fmt::format("marker_set_text has {} bytes, at most {} are allowed",
+                                     from.marker_set_text().size(), kLongestText));
+  }
+  if (!is_file_name(from.name())) {
+    return wrong_control(
+        fmt::format("name is '{}', expected at most 64 letters, digits, '_', '-', '.' or spaces, the "
+                    "first a letter, a digit or '_'",
+                    from.name()));
+  }
+  return {};
+}
+
 Result<ControlRequest> decode_subject_request(const v1::SubjectRequest& from) {
   ControlRequest into;
   into.name = from.name();
@@ -71,6 +90,10 @@ Result<ControlRequest> decode_subject_request(const v1::SubjectRequest& from) {
   if (into.action == ControlAction::AddSubject && !from.marker_set().empty()) {
     if (Status new_one = check_new_subject(from); !new_one) return new_one.error();
     into.marker_set = from.marker_set();
+  }
+  if (into.action == ControlAction::AddSubject && !from.marker_set_text().empty()) {
+    if (Status new_one = check_new_text(from); !new_one) return new_one.error();
+    into.marker_set_text = from.marker_set_text();
   }
   if (into.action != ControlAction::FitSubject) return into;
   auto bones = vectors(from.rest_offsets_m(), kMaxBones, "rest_offsets_m");
@@ -241,6 +264,7 @@ v1::SubjectRequest encode_subject(const ControlRequest& from) {
   v1::SubjectRequest into;
   into.set_name(valid_utf8(from.name));
   into.set_marker_set(valid_utf8(from.marker_set));
+  into.set_marker_set_text(valid_utf8(from.marker_set_text));
   switch (from.action) {
     case ControlAction::AddSubject: into.set_action(v1::SubjectRequest::ACTION_ADD); break;
     case ControlAction::RemoveSubject: into.set_action(v1::SubjectRequest::ACTION_REMOVE); break;
