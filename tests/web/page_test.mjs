@@ -128,20 +128,28 @@ for (const webgl of [true, false]) {
     await page.getByText("What the picture shows, in words").click();
     const picture = async () => {
       await untilDrawn(6);
-      await page.evaluate(() => scrollTo(0, 0)); // away from the clock of the header, which stays in view
+      await page.evaluate(() => {
+        scrollTo(0, 0); // away from the clock of the header, which stays in view
+        for (const part of document.querySelectorAll(".view .tools, .view .legend, .view .overlay")) part.remove(); // they lie over the picture
+      });
       return page.locator(".view canvas").first().screenshot();
     };
     const wanted = () => [...standIn.viewers][0].topics.has("sightings");
-    const before = await picture();
     assert.ok(!wanted());
+    const button = (pressed) => page.getByRole("button", { name: "Rays", pressed }).waitFor();
+    await button(false);
+    await page.keyboard.press("r");
+    await button(true);
+    await page.getByText("position within 3 σ, 20 times as large").waitFor();
+    await page.keyboard.press("r");
+    await button(false);
+    const before = await picture();
 
     await page.keyboard.press("r");
     await page.getByText(/^\d+ rays to \d+ markers\. Standard deviation of a measured position: 2\.00.mm/).waitFor();
     assert.ok(wanted());
-    await page.getByText("position within 3 σ, 20 times as large").waitFor();
     const during = await picture();
-    await page.getByRole("button", { name: "Rays", pressed: true }).waitFor();
-    await page.keyboard.press("r"); // not the button: its focus would be in the picture
+    await page.keyboard.press("r");
     await until(() => !wanted(), "unsubscribed");
     const after = await picture();
 
