@@ -44,6 +44,7 @@ class PartsInTheBrowser(InTheBrowser):
         self.desk = Desk()
         self.addCleanup(self.desk.close)
         config = self.desk.write("my.toml", synthetic_volume(self.desk.endpoint).replace("openmocap18", "baseline41"))
+        (self.desk.folder / "state").mkdir()
         self.daemon = self.desk.start("mocapd", "--config", config, "--state", self.desk.folder / "state")
         self.web = Web(self.desk, self.desk.endpoint)
         wait_until(lambda: self.web.get("/readyz")[0] == 200, "the daemon's feed")
