@@ -140,13 +140,13 @@ for (const webgl of [true, false]) {
     await button(false);
     await page.keyboard.press("r");
     await button(true);
-    await page.getByText("position within 3 σ, 20 times as large").waitFor();
+    await page.getByText("position within 3 σ, 100 times as large").waitFor();
     await page.keyboard.press("r");
     await button(false);
     const before = await picture();
 
     await page.keyboard.press("r");
-    await page.getByText(/^\d+ rays to \d+ markers\. Standard deviation of a measured position: 2\.00.mm/).waitFor();
+    await page.getByText(/^\d+ rays to \d+ markers\. Standard deviation of a measured position: 0\.20.mm/).waitFor();
     assert.ok(wanted());
     const during = await picture();
     await page.keyboard.press("r");

@@ -6,8 +6,8 @@ import { fixed } from "./format";
 
 /** An ellipsoid is drawn at so many standard deviations, */
 export const kSigmas = 3;
-/** and so many times as large, or it would hide in the mark of its marker. That of a position that was filled in has its true size. */
-export const kEnlarged = 20;
+/** and so many times as large: 0.1 mm, as four simulated cameras have, would hide in the mark of its marker. That of a position that was filled in has its true size. */
+export const kEnlarged = 100;
 
 /** The columns of a lower triangular matrix L with L L^T = covariance: they span the ellipsoid of one standard deviation. */
 export type Spread = [Vec3, Vec3, Vec3];
