@@ -37,11 +37,6 @@ bool plays_take(const cameras::CameraSettings& camera) {
   return replay != nullptr && !replay->file.empty();
 }
 
-// Whether blobs arrive from the camera instead of images.
-bool delivers_blobs(const cameras::CameraSettings& camera) {
-  return plays_take(camera) || camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
-}
-
 void deliver_blobs(std::unique_ptr<BlobCamera> camera, runtime::CameraParts& into) {
   into.make_detector = [camera = camera.get()](const Image&) { return detect::make_delivered_detector(*camera); };
   into.tracker = detect::make_delivered_tracker();
@@ -80,6 +75,10 @@ Status open_camera(const settings::DaemonSettings& settings, CameraId id, Shared
 }
 
 }  // namespace
+
+bool delivers_blobs(const cameras::CameraSettings& camera) {
+  return plays_take(camera) || camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
+}
 
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id,
                                              SharedByCameras& shared) {

@@ -16,6 +16,9 @@ struct SharedByCameras {
   runtime::FailureFold node_failures;
 };
 
+/// Whether the camera delivers blobs instead of images: masks have no effect on it.
+bool delivers_blobs(const cameras::CameraSettings& camera);
+
 /// Constructs one camera with its detector and its 2D tracker; opens nothing. The settings outlive the camera.
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id,
                                              SharedByCameras& shared);

@@ -62,11 +62,13 @@ void add_camera(const CameraModel& before, const CameraModel& now, const std::st
     entries.push_back(
         {.what = "calibrated", .details = {{"camera", now.name}, {"change", movement(before, now)}, {"file", file}}});
   }
-  const auto polygons = [](const CameraModel& camera) {
-    return fmt::format("{} polygons", camera.learnt_masks.size());
-  };
-  if (!std::ranges::equal(before.learnt_masks, now.learnt_masks, same_polygon)) {
-    entries.push_back(changed("learnt masks of camera " + now.name, polygons(before), polygons(now)));
+  for (const settings::MaskKind& kind : {settings::kDrawnMasks, settings::kLearntMasks}) {
+    const auto& old_masks = before.*kind.of;
+    const auto& new_masks = now.*kind.of;
+    if (std::ranges::equal(old_masks, new_masks, same_polygon)) continue;
+    entries.push_back(changed(fmt::format("{} masks of camera {}", kind.word, now.name),
+                              fmt::format("{} polygons", old_masks.size()),
+                              fmt::format("{} polygons", new_masks.size())));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "reload.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <sstream>
@@ -10,7 +12,7 @@
 #include "assemble_camera.h"
 #include "base/log.h"
 #include "settings/rig/kept_rigs.h"
-#include "settings/rig/learnt_masks.h"
+#include "settings/rig/rig_masks.h"
 #include "settings/subject/add_subject.h"
 #include "timecode/timecode_sources.h"
 #include "wire/curve_keys.h"
@@ -56,12 +58,30 @@ settings::Faults timecode_faults(const settings::DaemonSettings& settings, const
   return faults;
 }
 
-// Saves learnt masks: to the state folder if there is one, otherwise to the rig file.
-Status save_masks(const Configuration& now, const std::vector<std::vector<MaskPolygon>>& masks) {
+// Saves masks: to the state folder if there is one, otherwise to the rig file. `rig`: the cameras whose masks change.
+Status save_masks(const Configuration& now, const Rig& rig, const settings::MaskKind& kind,
+                  const std::filesystem::path& state_file) {
+  if (now.state.exist()) return settings::write_masks(state_file, rig, kind);
+  return settings::save_masks(now.settings->capture.rig_file, rig, kind);
+}
+
+Status save_learnt_masks(const Configuration& now, const std::vector<std::vector<MaskPolygon>>& masks) {
   Rig rig = now.settings->rig;
   for (std::size_t i = 0; i < rig.size(); ++i) rig[i].learnt_masks = masks[i];
-  if (now.state.exist()) return settings::write_learnt_masks(now.state.learnt_masks, rig);
-  return settings::save_learnt_masks(now.settings->capture.rig_file, rig);
+  return save_masks(now, rig, settings::kLearntMasks, now.state.learnt_masks);
+}
+
+Status save_drawn_masks(const Configuration& now, const runtime::DrawnMasks& drawn) {
+  CameraModel camera = now.settings->rig[drawn.camera.value];
+  if (delivers_blobs(now.settings->cameras[drawn.camera.value])) {
+    return Error{
+        ErrorCode::Unsupported,
+        fmt::format("camera '{}' delivers blobs without pixels; draw its masks on its node (mocapctl --endpoint "
+                    "NODE mask draw)",
+                    camera.name)};
+  }
+  camera.masks = drawn.polygons;
+  return save_masks(now, {camera}, settings::kDrawnMasks, now.state.drawn_masks);
 }
 
 // Adds a subject: to the file in the state folder if there is one, otherwise to the configuration.
@@ -76,6 +96,17 @@ Status save_subject(const Configuration& now, const settings::NewSubject& subjec
     state.added_subjects = tried;
     return faults_of(load_checked(now.file, state));
   });
+}
+
+// The same with the content of the marker set, which is kept in a new file. Without the subject there is no file.
+Status save_subject_with_text(const Configuration& now, const std::string& name, const std::string& text) {
+  const Result<std::filesystem::path> file = settings::write_marker_set_text(
+      (now.state.exist() ? now.state.folder : now.file.parent_path()) / "marker_sets", name, text);
+  if (!file) return file.error();
+  Status saved = save_subject(now, {name, *file});
+  std::error_code ignored;
+  if (!saved) std::filesystem::remove(*file, ignored);
+  return saved;
 }
 
 // Writes a calibrated rig, with the masks in force, or an earlier one.
@@ -139,8 +170,13 @@ std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const
     return nullptr;
   }
   Status saved;
-  if (!order.masks.empty()) saved = save_masks(now, order.masks);
-  if (saved && !order.subject.empty()) saved = save_subject(now, {order.subject, order.marker_set});
+  if (!order.masks.empty()) saved = save_learnt_masks(now, order.masks);
+  if (saved && order.drawn) saved = save_drawn_masks(now, *order.drawn);
+  if (saved && !order.marker_set_text.empty()) {
+    saved = save_subject_with_text(now, order.subject, order.marker_set_text);
+  } else if (saved && !order.subject.empty()) {
+    saved = save_subject(now, {order.subject, order.marker_set});
+  }
   if (saved && (order.rig || !order.restore.empty())) saved = save_rig(now, order);
   if (!saved) {
     answer.message = saved.error().message;

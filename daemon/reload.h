@@ -22,7 +22,7 @@ struct Configuration {
 Result<settings::DaemonSettings, settings::Faults> load_checked(const std::filesystem::path& config,
                                                                 const settings::StateFiles& state);
 
-/// Executes an order: saves learnt masks or a rig and adds the new subject, if any, then reloads the configuration.
+/// Executes an order: saves masks or a rig and adds the new subject, if any, then reloads the configuration.
 /// Sets `answer` for the operator. Returns the new settings, or null if a step failed and the daemon keeps its
 /// settings. Main thread.
 std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const runtime::MainOrder& order,

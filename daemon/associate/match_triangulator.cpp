@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -41,7 +42,7 @@ class MatchTriangulator final : public Triangulator {
       if (!is_precise(covariance_m2)) continue;
       markers_.push_back({agreed->refined.point, covariance_m2, agreed->refined.rms_px,
                           static_cast<std::uint32_t>(agreed->kept), static_cast<std::uint32_t>(m), match.prediction,
-                          match.by_blob_tracks});
+                          match.by_blob_tracks, agreed->seen_by});
     }
     return markers_;
   }
@@ -52,14 +53,27 @@ class MatchTriangulator final : public Triangulator {
     return found.floor_px <= agreement_.floor_px && found.sigmas <= agreement_.sigmas;
   }
 
+  // A point, the number of sightings that agree on it, and their cameras.
+  struct Point {
+    geometry::Refined refined;
+    std::size_t kept = 0;
+    CameraBits seen_by = 0;
+  };
+
   // The point of the matcher, or the point solved from the blobs.
-  Result<geometry::Agreed, geometry::TriangulationFailure> point_of(const FrameSet& frames, const Match& match) {
+  std::optional<Point> point_of(const FrameSet& frames, const Match& match) {
     if (match.triangulation && satisfies_agreement(*match.triangulation)) {
       const Triangulation& found = *match.triangulation;
-      return geometry::Agreed{{found.point, found.covariance_m2, found.rms_px}, match.sightings.size()};
+      Point point{{found.point, found.covariance_m2, found.rms_px}, match.sightings.size()};
+      for (const BlobRef& seen : match.sightings) point.seen_by |= bit_of(frames.views[seen.view]->camera);
+      return point;
     }
     gather(frames, match);
-    return geometry::agree(sightings_, agreement_);
+    const auto agreed = geometry::agree(sightings_, agreement_);
+    if (!agreed) return std::nullopt;
+    Point point{agreed->refined, agreed->kept};
+    for (std::size_t i = 0; i < agreed->kept; ++i) point.seen_by |= bit_of(frames.views[sightings_[i].source]->camera);
+    return point;
   }
 
   void gather(const FrameSet& frames, const Match& match) {

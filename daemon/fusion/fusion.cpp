@@ -163,7 +163,8 @@ void Fusion::describe_unlabelled(const TrackedMarkers& tracked) {
   snapshot_.unlabelled.clear();
   for (const TrackedMarker& marker : tracked) {
     if (identities_.has_label(marker.id) || marker.state != TrackState::Confirmed) continue;
-    snapshot_.unlabelled.push_back({marker.id, marker.position, marker.residual_px, marker.cameras});
+    snapshot_.unlabelled.push_back(
+        {marker.id, marker.position, marker.residual_px, marker.cameras, marker.seen_by, marker.covariance_m2});
   }
 }
 

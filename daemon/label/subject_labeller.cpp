@@ -370,6 +370,7 @@ void SubjectLabeller::write_labels(const LabelledTracks& tracks, SubjectLabels& 
     label.covariance_m2 = track.covariance_m2;
     label.residual_px = track.residual_px;
     label.cameras = track.cameras;
+    label.seen_by = track.seen_by;
     label.confidence = memory.confidence;
     label.track = track.id;
   }

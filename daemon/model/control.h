@@ -11,6 +11,7 @@
 #include "model/calibration/calibration_report.h"
 #include "model/description.h"
 #include "model/health.h"
+#include "model/image_mask.h"
 #include "model/snapshot.h"
 #include "model/take_order.h"
 
@@ -29,6 +30,10 @@ enum class ControlAction {
   FitSubject,     ///< applies the fitted body of the request
   AdjustCamera,
   LearnMask,
+  DrawMasks,    ///< `polygons` of the request replace the drawn masks of the camera
+  UndoMasks,    ///< the drawn masks of the camera are those before the last DrawMasks
+  ForgetMasks,  ///< discards the learnt masks of the camera
+  GetMasks,
   Reload,          ///< reads the configuration again
   Take,            ///< follows the order `take` of the request
   GetCalibration,  ///< the progress of the calibration, or the earlier rigs
@@ -39,7 +44,7 @@ enum class ControlAction {
 constexpr bool only_looks(ControlAction action) {
   return action == ControlAction::GetStatus || action == ControlAction::GetDescription ||
          action == ControlAction::GetSnapshot || action == ControlAction::GetShots ||
-         action == ControlAction::GetCalibration;
+         action == ControlAction::GetCalibration || action == ControlAction::GetMasks;
 }
 
 /// A request of an operator to the running daemon.
@@ -47,9 +52,11 @@ struct ControlRequest {
   ControlAction action = ControlAction::GetStatus;
   std::string name;        ///< name of the subject or camera; empty: all cameras
   std::string marker_set;  ///< AddSubject: absolute path of a new subject's marker set; empty: a configured subject
+  std::string marker_set_text;  ///< AddSubject: content of a new subject's marker set file, instead of `marker_set`
   std::optional<double> exposure_us;
   std::optional<double> gain_db;
   std::uint32_t images = 0;                       ///< number of images per camera from which a mask is learned
+  std::vector<MaskPolygon> polygons;              ///< DrawMasks
   std::vector<Eigen::Vector3d> rest_offsets_m;    ///< FitSubject: by bone
   std::vector<Eigen::Vector3d> marker_offsets_m;  ///< FitSubject: by marker
   double residual_m = 0.0;                        ///< FitSubject
@@ -74,6 +81,16 @@ struct ControlStatus {
   std::vector<OneSubject> subjects;
 };
 
+/// The masks of one camera.
+struct CameraMasks {
+  std::string camera;
+  int width_px = 0;  ///< of the images; 0: unknown
+  int height_px = 0;
+  std::vector<MaskPolygon> drawn;
+  std::vector<MaskPolygon> learnt;
+  std::size_t undo_steps = 0;  ///< number of UndoMasks that are possible
+};
+
 /// The answer to a request.
 struct ControlAnswer {
   ControlCode code = ControlCode::Done;
@@ -84,6 +101,7 @@ struct ControlAnswer {
   std::optional<std::vector<Shot>> shots = std::nullopt;
   const CalibrationReport* calibration = nullptr;  ///< borrowed
   std::optional<std::vector<KeptRig>> rigs = std::nullopt;
+  std::optional<std::vector<CameraMasks>> masks = std::nullopt;
 };
 
 }  // namespace mocap

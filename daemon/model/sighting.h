@@ -8,6 +8,7 @@
 #include "base/bounded_vector.h"
 #include "base/time.h"
 #include "model/blob.h"
+#include "model/camera_bits.h"
 #include "model/ids.h"
 #include "model/points.h"
 #include "model/predictions.h"
@@ -105,6 +106,7 @@ struct Marker {
   std::uint32_t match = 0;                 ///< index in Matches::matches
   std::uint32_t prediction = Match::kNew;  ///< index in Predictions::markers, or kNew
   bool by_blob_tracks = false;             ///< as in its match
+  CameraBits seen_by = 0;                  ///< the cameras that see it
 };
 
 using Markers = BoundedVector<Marker, kMaxMarkers>;
@@ -125,6 +127,7 @@ struct TrackedMarker {
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< covariance of the position
   double residual_px = 0.0;                                     ///< residual of this set's measurement
   std::uint32_t cameras = 0;                                    ///< number of cameras that see it now; 0 while coasting
+  CameraBits seen_by = 0;                                       ///< these cameras; 0 for a Candidate, too
   std::uint32_t age_sets = 0;                                   ///< sets since track initiation
   std::uint32_t missed_sets = 0;                                ///< sets since the last measurement
   std::uint32_t prediction = Match::kNew;  ///< of its measurement: index in Predictions::markers, or kNew

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 
 #include "base/bounded_vector.h"
 #include "base/time.h"
+#include "model/camera_bits.h"
 #include "model/sighting.h"
 #include "model/subject_state.h"
 #include "model/timecode.h"
@@ -35,6 +37,8 @@ struct UnlabelledMarker {
   WorldPoint position;
   double residual_px = 0.0;
   std::uint32_t cameras = 0;
+  CameraBits seen_by = 0;  ///< these cameras, if they are known
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
 };
 
 /// The result of the pipeline for one instant.

@@ -5,6 +5,7 @@
 
 #include "base/bounded_vector.h"
 #include "model/bounds.h"
+#include "model/camera_bits.h"
 #include "model/ids.h"
 #include "model/points.h"
 #include "model/transform.h"
@@ -31,6 +32,7 @@ struct LabelledMarker {
   double residual_px = 0.0;  ///< 0 when not measured
   std::uint32_t cameras =
       0;  ///< number of cameras that see it; 1 when Filled: the ray fixes the direction, the body the depth
+  CameraBits seen_by = 0;   ///< these cameras, if they are known
   float confidence = 0.0F;  ///< probability that the label is right, 0 to 1
   TrackId track;            ///< the track that has the label, if any
 };

@@ -48,6 +48,9 @@ const char* words_of(const ControlRequest& order) {
     case ControlAction::FitSubject: return "subject fit";
     case ControlAction::AdjustCamera: return "camera set";
     case ControlAction::LearnMask: return "mask learn";
+    case ControlAction::DrawMasks: return "mask draw";
+    case ControlAction::UndoMasks: return "mask undo";
+    case ControlAction::ForgetMasks: return "mask forget";
     case ControlAction::Reload: return "reload";
     case ControlAction::Take: return words_of(order.take.action);
     case ControlAction::Calibrate: return words_of(order.calibration.action);
@@ -91,8 +94,12 @@ AuditEntry entry_of(const ControlRequest& order, const ControlAnswer& answer) {
   AuditEntry entry{.what = "ordered", .who = order.by, .details = {{"order", words_of(order)}}};
   entry.details.emplace_back("name", order.name.empty() ? order.calibration.name : order.name);
   entry.details.emplace_back("marker_set", order.marker_set);
+  if (!order.marker_set_text.empty())
+    entry.details.emplace_back("marker_set_bytes", std::to_string(order.marker_set_text.size()));
   if (order.exposure_us) entry.details.emplace_back("exposure_us", fmt::format("{}", *order.exposure_us));
   if (order.gain_db) entry.details.emplace_back("gain_db", fmt::format("{}", *order.gain_db));
+  if (order.action == ControlAction::DrawMasks)
+    entry.details.emplace_back("polygons", std::to_string(order.polygons.size()));
   if (order.images > 0) entry.details.emplace_back("images", std::to_string(order.images));
   if (order.action == ControlAction::Take) add_values(order.take, entry);
   entry.details.emplace_back("outcome", word_of(answer.code));

@@ -57,12 +57,20 @@ struct MaskLearnt {
   bool has_pixels = true;  ///< false: the camera delivers blobs alone, and nothing was learned
 };
 
+/// The drawn masks of one camera, all of them.
+struct DrawnMasks {
+  CameraId camera;
+  std::vector<MaskPolygon> polygons;
+};
+
 /// From the control thread to the main thread: reload the configuration, after an optional change of it or of the rig.
 struct MainOrder {
   std::uint64_t number = 0;
   std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: learnt masks to save; empty: no change
+  std::optional<DrawnMasks> drawn;              ///< drawn masks to save
   std::string subject;                          ///< name of a subject to add to the configuration; empty: none
   std::string marker_set;                       ///< absolute path of the new subject's marker set file
+  std::string marker_set_text;                  ///< content of this file, which is to be written, instead of its path
   std::optional<CalibratedRig> rig;             ///< a rig to write and use
   std::string restore;                          ///< name of an earlier rig to use again; empty: none
   bool list_rigs = false;                       ///< lists the earlier rigs, and changes nothing

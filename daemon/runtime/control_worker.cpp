@@ -18,11 +18,8 @@ constexpr Duration kMainPatience = std::chrono::seconds(5);   // the main thread
 constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a camera restart takes up to 2 s
 // A take ends when the disk has all of it.
 constexpr Duration kTakePatience = std::chrono::seconds(30);
-constexpr Duration kMaskPatience = std::chrono::seconds(60);
 constexpr Duration kAuditPatience = std::chrono::seconds(1);
 constexpr Duration kAnswerPollPeriod = std::chrono::milliseconds(1);
-constexpr std::uint32_t kMaskImages = 100;
-constexpr double kMostCovered = 0.2;  // fraction of the image; a lamp with a larger mask should be shaded
 
 ControlAnswer failure(ControlCode code, std::string message) {
   ControlAnswer answer;
@@ -134,6 +131,10 @@ ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::s
     case ControlAction::FitSubject: return order_subject(request, stop);
     case ControlAction::AdjustCamera: return adjust_camera(request, stop);
     case ControlAction::LearnMask: return learn_mask(request, stop);
+    case ControlAction::DrawMasks:
+    case ControlAction::UndoMasks:
+    case ControlAction::ForgetMasks: return change_masks(request, stop);
+    case ControlAction::GetMasks: return list_masks(request);
     case ControlAction::Reload: return order_main({}, stop);
     case ControlAction::GetShots: {
       ControlRequest list;
@@ -225,10 +226,12 @@ ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
 ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const std::stop_token& stop) {
   const auto& subjects = description_.subjects;
   const auto found = std::ranges::find(subjects, request.name, &Subject::name);
-  if (found == subjects.end() && !request.marker_set.empty()) {
+  const bool makes_one = !request.marker_set.empty() || !request.marker_set_text.empty();
+  if (found == subjects.end() && makes_one) {
     MainOrder order;
     order.subject = request.name;
     order.marker_set = request.marker_set;
+    order.marker_set_text = request.marker_set_text;
     return order_main(std::move(order), stop);
   }
   if (found == subjects.end()) {
@@ -237,7 +240,7 @@ ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const 
                                "--marker-set FILE makes a new one",
                                request.name, names_of(subjects), request.name));
   }
-  if (!request.marker_set.empty()) {
+  if (makes_one) {
     return failure(ControlCode::Invalid, fmt::format("there is a subject '{}' already; add it without --marker-set to "
                                                      "search for it again",
                                                      request.name));
@@ -291,56 +294,6 @@ ControlAnswer ControlWorker::adjust_camera(const ControlRequest& request, const 
   order.exposure_us = request.exposure_us;
   order.gain_db = request.gain_db;
   return order_camera(*camera, order, stop);
-}
-
-ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std::stop_token& stop) {
-  std::vector<std::size_t> cameras;
-  for (std::size_t i = 0; i < links_.cameras.size(); ++i) {
-    if (request.name.empty() || description_.cameras[i].name == request.name) cameras.push_back(i);
-  }
-  if (cameras.empty()) return failure(ControlCode::NotFound, fmt::format("there is no camera '{}'", request.name));
-  CameraOrder order;
-  order.action = CameraAction::LearnMask;
-  order.images = request.images == 0 ? kMaskImages : request.images;
-  order.number = ++orders_;
-  for (const std::size_t camera : cameras) static_cast<void>(links_.cameras[camera]->orders.try_push(order));
-  std::vector<std::vector<MaskPolygon>> masks(links_.cameras.size());
-  for (std::size_t i = 0; i < masks.size(); ++i) masks[i] = description_.cameras[i].learnt_masks;
-  std::string text;
-  const Timestamp begun = host_now();
-  for (const std::size_t camera : cameras) {
-    const std::string& name = description_.cameras[camera].name;
-    MaskLearnt learnt;
-    const auto received = [&] { return links_.cameras[camera]->masks.try_pop(learnt) && learnt.order == order.number; };
-    bool here = received();
-    while (!here && !stop.stop_requested() && host_now() - begun < kMaskPatience) {
-      std::this_thread::sleep_for(kAnswerPollPeriod);
-      here = received();
-    }
-    if (!here) return not_answered(fmt::format("camera '{}'", name));
-    if (!learnt.has_pixels) {
-      return failure(ControlCode::Unsupported,
-                     fmt::format("camera '{}' delivers blobs without pixels; learn its mask on its node (mocapctl "
-                                 "--endpoint NODE mask learn), or name another camera",
-                                 name));
-    }
-    if (learnt.covered_share > kMostCovered) {
-      return failure(ControlCode::Failed,
-                     fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "
-                                 "bright areas or lower the exposure",
-                                 name, 100.0 * learnt.covered_share, 100.0 * kMostCovered));
-    }
-    text +=
-        fmt::format("camera '{}': {} polygons, {:.2f} % of the image{}\n", name, learnt.polygons.size(),
-                    100.0 * learnt.covered_share,
-                    learnt.moved > 0 ? fmt::format(", {} bright spots moved and are not masked", learnt.moved) : "");
-    masks[camera] = std::move(learnt.polygons);
-  }
-  MainOrder keep;
-  keep.masks = std::move(masks);
-  ControlAnswer kept = order_main(std::move(keep), stop);
-  kept.message = text + kept.message;
-  return kept;
 }
 
 ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std::stop_token& stop) {

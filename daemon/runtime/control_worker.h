@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -57,6 +59,13 @@ class ControlWorker {
   ControlAnswer order_subject(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer adjust_camera(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer learn_mask(const ControlRequest& request, const std::stop_token& stop);
+  ControlAnswer list_masks(const ControlRequest& request) const;
+  ControlAnswer change_masks(const ControlRequest& request, const std::stop_token& stop);
+  ControlAnswer draw_masks(std::size_t camera, const std::vector<MaskPolygon>& polygons, const std::stop_token& stop);
+  ControlAnswer undo_masks(std::size_t camera, const std::stop_token& stop);
+  ControlAnswer save_drawn(std::size_t camera, const std::vector<MaskPolygon>& polygons, const std::stop_token& stop);
+  ControlAnswer forget_masks(std::size_t camera, const std::stop_token& stop);
+  std::vector<std::vector<MaskPolygon>> learnt_masks() const;
   ControlAnswer order_take(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer look_at_calibration(const CalibrationOrder& order, const std::stop_token& stop);
   ControlAnswer calibrate(const CalibrationOrder& order, const std::stop_token& stop);
@@ -80,7 +89,9 @@ class ControlWorker {
   std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
-  AuditActor asker_;                     // of the request that is executed
+  AuditActor asker_;  // of the request that is executed
+  /// By camera: its drawn masks before each change, the newest last.
+  std::map<std::string, std::deque<std::vector<MaskPolygon>>, std::less<>> drawn_before_;
   std::uint64_t calibration_order_ = 0;  // number of the newest order to the calibration
   CalibrationReport calibration_;        // the newest
 };

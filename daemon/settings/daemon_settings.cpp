@@ -207,9 +207,15 @@ std::optional<std::string> other_kind_of_file(TomlTable root) {
 }
 
 void load_state_masks(TomlFile& file, const StateFiles& state, DaemonSettings& settings) {
-  Result<std::vector<std::string>, Faults> notes = read_learnt_masks(state.learnt_masks, settings.rig);
-  if (!notes) return file.add(notes.error());
-  settings.state_notes.insert(settings.state_notes.end(), notes->begin(), notes->end());
+  for (const auto& [path, kind] :
+       {std::pair(state.learnt_masks, kLearntMasks), std::pair(state.drawn_masks, kDrawnMasks)}) {
+    const Result<std::vector<std::string>, Faults> notes = read_masks(path, settings.rig, kind);
+    if (!notes) {
+      file.add(notes.error());
+      continue;
+    }
+    settings.state_notes.insert(settings.state_notes.end(), notes->begin(), notes->end());
+  }
 }
 
 double nominal_rate_hz(const DaemonSettings& settings) {

@@ -96,7 +96,7 @@ enum class RigNeed {
 };
 
 /// Reads and checks a configuration with the rig and the marker sets that it names, then the state files: added
-/// subjects and learnt masks. A subject of the configuration hides an added subject of the same name. Relative names of
+/// subjects and masks. A subject of the configuration hides an added subject of the same name. Relative names of
 /// files that the daemon writes (recordings, kept fits) are in the state folder, without one beside the configuration.
 /// Fails with all faults.
 Result<DaemonSettings, Faults> load_daemon_settings(const std::filesystem::path& path, const StateFiles& state,

@@ -90,19 +90,16 @@ void add_subjects(InForce& all, DaemonSettings& settings, std::optional<TomlFile
   }
 }
 
-void add_masks(InForce& all, const DaemonSettings& settings, const StateFiles& state) {
-  std::optional<TomlFile> learnt = open(state.learnt_masks);
+void add_masks(InForce& all, const DaemonSettings& settings, const std::filesystem::path& file, const MaskKind& kind) {
+  std::optional<TomlFile> masks = open(file);
   for (const CameraModel& camera : settings.rig) {
-    std::optional<TomlTable> table = learnt ? learnt->root().table(camera.name, camera.name) : std::nullopt;
+    std::optional<TomlTable> table = masks ? masks->root().table(camera.name, camera.name) : std::nullopt;
     const auto size = table ? table->list("size", {2}) : std::nullopt;
     const bool from_state = size && (*size)[0] == camera.width_px && (*size)[1] == camera.height_px;
-    const std::string rig = settings.capture.rig_file.string();
-    all.settings.push_back({fmt::format("rig.{}.mask", camera.name), fmt::format("{} polygons", camera.masks.size()),
-                            camera.masks.empty() ? "default" : rig});
-    const std::string source = from_state ? source_of({state.learnt_masks, table}, kLearntMask) : rig;
-    all.settings.push_back({fmt::format("rig.{}.{}", camera.name, kLearntMask),
-                            fmt::format("{} polygons", camera.learnt_masks.size()),
-                            camera.learnt_masks.empty() && !from_state ? "default" : source});
+    const std::string source = from_state ? source_of({file, table}, kind.key) : settings.capture.rig_file.string();
+    all.settings.push_back({fmt::format("rig.{}.{}", camera.name, kind.key),
+                            fmt::format("{} polygons", (camera.*kind.of).size()),
+                            (camera.*kind.of).empty() && !from_state ? "default" : source});
   }
 }
 
@@ -112,6 +109,8 @@ std::vector<ReadFile> files_of(const std::filesystem::path& configuration, const
   if (state.exist()) files.push_back({state.added_subjects, "subjects added by mocapctl subject add"});
   files.push_back({settings.capture.rig_file, "the rig: calibration and masks"});
   if (state.exist()) files.push_back({state.learnt_masks, "masks learnt by mocapctl mask learn, instead of the rig's"});
+  if (state.exist())
+    files.push_back({state.drawn_masks, "masks drawn by mocapctl mask draw or on the page, instead of the rig's"});
   for (const SubjectSettings& subject : settings.subjects) {
     for (const auto& path : {subject.marker_set_file, subject.file, subject.file.empty() ? subject.keep : ""}) {
       if (!path.empty()) files.push_back({path, "subject " + subject.name});
@@ -136,7 +135,8 @@ Result<InForce, Faults> settings_in_force(const std::filesystem::path& configura
   add_sections(all, *settings, *file);
   add_cameras(all, *settings, file);
   add_subjects(all, *settings, file, added);
-  add_masks(all, *settings, state);
+  add_masks(all, *settings, state.drawn_masks, kDrawnMasks);
+  add_masks(all, *settings, state.learnt_masks, kLearntMasks);
   return all;
 }
 

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "model/camera_model.h"
 #include "settings/faults.h"
+#include "settings/rig/mask_kind.h"
 
 namespace mocap::settings {
 
@@ -17,6 +18,7 @@ struct StateFiles {
   std::filesystem::path folder;
   std::filesystem::path added_subjects;  ///< [[subject]] tables, read after those of the configuration
   std::filesystem::path learnt_masks;    ///< replaces the learnt masks of the rig file, camera by camera
+  std::filesystem::path drawn_masks;     ///< the same for drawn masks
   std::filesystem::path rig;             ///< the rig of mocapctl calibrate, instead of the rig file
 
   bool exist() const { return !folder.empty(); }
@@ -39,12 +41,13 @@ std::filesystem::path resolve_credential(const std::filesystem::path& path);
 /// Whether the path still begins with $CREDENTIALS_DIRECTORY: no service manager provides the file.
 bool is_unresolved_credential(const std::filesystem::path& path);
 
-/// Writes the learnt masks of all cameras of `rig`. The file is replaced as a whole or, if that fails, not at all.
-Status write_learnt_masks(const std::filesystem::path& path, const Rig& rig);
+/// Writes the masks of `kind` of the cameras of `rig`; tables of other cameras stay as they are. The file is replaced
+/// as a whole or, if that fails, not at all. Fails with InvalidArgument if there is a file that cannot be read.
+Status write_masks(const std::filesystem::path& path, const Rig& rig, const MaskKind& kind);
 
-/// Replaces the learnt masks in `rig` by those of the file, for each camera that both have with the same image size.
+/// Replaces the masks of `kind` in `rig` by those of the file, for each camera that both have with the same image size.
 /// Returns a line for each camera with the reason if its masks were left out. Does nothing if there is no file. Fails
 /// with all faults of the file.
-Result<std::vector<std::string>, Faults> read_learnt_masks(const std::filesystem::path& path, Rig& rig);
+Result<std::vector<std::string>, Faults> read_masks(const std::filesystem::path& path, Rig& rig, const MaskKind& kind);
 
 }  // namespace mocap::settings

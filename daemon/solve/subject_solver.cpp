@@ -363,6 +363,7 @@ void SubjectSolver::fill(SubjectLabels& labels, Timestamp at) {
     label.covariance_m2 = covariances_m2_[m];
     label.residual_px = 0.0;
     label.cameras = 0;
+    label.seen_by = 0;
     label.confidence = kBearingConfidence * static_cast<float>(std::exp(-unseen_s));
     if (ray == nullptr) continue;
     const Eigen::Vector3d& d = ray->direction;
@@ -372,6 +373,7 @@ void SubjectSolver::fill(SubjectLabels& labels, Timestamp at) {
     const double across_m2 = std::pow(ray->sigma_rad * depth_m, 2);
     label.covariance_m2 = across_m2 * Eigen::Matrix3d::Identity() + (along_m2 - across_m2) * d * d.transpose();
     label.cameras = 1;
+    label.seen_by = bit_of(ray->camera);
     label.confidence = kBearingConfidence;
   }
 }

@@ -199,6 +199,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (!seen) continue;
       out.residual_px = markers[track.measurement].residual_px;
       out.cameras = markers[track.measurement].cameras;
+      out.seen_by = markers[track.measurement].seen_by;
       // A measurement that was matched to the prediction of another track, which rejected it, has no prediction.
       if (prediction != nullptr && (predicted_by_body || prediction->track.value == track.id))
         out.prediction = markers[track.measurement].prediction;

@@ -59,7 +59,7 @@ class Envelope {
 
 // Indices of the topics in Subscriptions::set_topics. From kFirstSubject on there is one topic for each subject, then
 // the lite topic of each subject, then one for each camera.
-enum Topic : std::size_t { kDescription, kSnapshot, kHealth, kEvent, kMarkers, kFirstSubject };
+enum Topic : std::size_t { kDescription, kSnapshot, kHealth, kEvent, kMarkers, kSightings, kFirstSubject };
 
 struct Channel {
   explicit Channel(std::string_view topic) : envelope(topic) {}
@@ -95,6 +95,7 @@ struct ZmqPublisher::Impl {
   SnapshotEncoder encoder;
   v1::Health health;
   v1::Preview preview;
+  v1::Sightings sightings;
   ZmqMessage request;
   std::int64_t utc_minus_host_ns = utc_minus_host().count();
   std::optional<v1::Synchronisation> synchronisation;
@@ -190,6 +191,7 @@ struct ZmqPublisher::Impl {
     Parts markers = whole;
     markers.views = markers.bones = false;
     if (Status sent = send_snapshot(from, kMarkers, markers); !sent) return sent;
+    if (Status sent = send_sightings(from); !sent) return sent;
     Parts one = whole;
     one.views = one.unlabelled = false;
     for (std::size_t topic = kFirstSubject; topic < first_lite(); ++topic) {
@@ -197,6 +199,16 @@ struct ZmqPublisher::Impl {
       if (Status sent = send_snapshot(from, topic, one); !sent) return sent;
     }
     return {};
+  }
+
+  Status send_sightings(const Snapshot& from) {
+    Channel& channel = channels[kSightings];
+    const std::uint64_t sequence = channel.sequence++;
+    if (!subscriptions.wanted(kSightings)) return {};
+    encode(from, sightings);
+    sightings.set_sequence(sequence);
+    channel.envelope.set_message(sightings);
+    return send(channel);
   }
 
   Status send_lites(const Snapshot& from) {
@@ -242,7 +254,8 @@ Result<std::unique_ptr<ZmqPublisher>> ZmqPublisher::open(const PublisherSettings
     return Error{ErrorCode::InvalidArgument, fmt::format("send_queue is {}, expected 1 to 1000", settings.send_queue)};
   }
   auto impl = std::make_unique<Impl>(settings);
-  for (const char* topic : {kDescriptionTopic, kSnapshotTopic, kHealthTopic, kEventTopic, kMarkersTopic}) {
+  for (const char* topic :
+       {kDescriptionTopic, kSnapshotTopic, kHealthTopic, kEventTopic, kMarkersTopic, kSightingsTopic}) {
     impl->channels.emplace_back(topic);
   }
   impl->list_topics();

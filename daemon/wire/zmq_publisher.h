@@ -19,6 +19,7 @@ inline constexpr const char* kDescriptionTopic = "description";
 inline constexpr const char* kHealthTopic = "health";
 inline constexpr const char* kEventTopic = "event";
 inline constexpr const char* kMarkersTopic = "markers";
+inline constexpr const char* kSightingsTopic = "sightings";
 inline constexpr const char* kSubjectTopic = "subject/";  ///< followed by the subject's name
 inline constexpr const char* kLiteTopic = "lite/";        ///< followed by the subject's name
 inline constexpr const char* kPreviewTopic = "preview/";  ///< followed by the camera's name

@@ -46,6 +46,18 @@ TEST(AuditChanges, TellHowFarACameraOfACalibrationMoved) {
                           Pair("file", "/var/lib/mocapd/rig.toml")));
 }
 
+TEST(AuditChanges, CountTheMasksThatWereDrawn) {
+  settings::DaemonSettings before, now;
+  before.rig = now.rig = scene::ring_rig({});
+  before.rig[1].masks.push_back({{{1.0, 1.0}}, {{9.0, 1.0}}, {{9.0, 9.0}}});
+
+  const auto entries = audit_changes(before, now);
+
+  ASSERT_EQ(entries.size(), 1U);
+  EXPECT_THAT(entries[0].details, ElementsAre(Pair("setting", "drawn masks of camera cam2"),
+                                              Pair("before", "1 polygons"), Pair("after", "0 polygons")));
+}
+
 TEST(AuditChanges, CountTheMasksThatWereLearnt) {
   settings::DaemonSettings before, now;
   before.rig = now.rig = scene::ring_rig({});

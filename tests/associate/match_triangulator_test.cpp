@@ -70,6 +70,7 @@ TEST(MatchTriangulator, ReportsTheMatchAndTheNumberOfCameras) {
   EXPECT_EQ(found[0].match, 1u);
   EXPECT_EQ(found[0].prediction, 1u);
   EXPECT_EQ(found[0].cameras, 3u);
+  EXPECT_EQ(found[0].seen_by, 0b111u);
 }
 
 TEST(MatchTriangulator, RemovesAnOutlierView) {
@@ -84,6 +85,7 @@ TEST(MatchTriangulator, RemovesAnOutlierView) {
 
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].cameras, 4u);
+  EXPECT_EQ(found[0].seen_by, 0b10111u);
   EXPECT_LT((found[0].position.v - markers[0]).norm(), 1e-3);  // m
 }
 

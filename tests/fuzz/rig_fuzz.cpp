@@ -6,9 +6,9 @@
 #include "calibration/formats/rig_format.h"
 #include "fuzz/fuzz_arguments.h"
 #include "fuzz/inputs.h"
-#include "settings/rig/learnt_masks.h"
 #include "settings/rig/rig_file.h"
 #include "settings/rig/rig_lenses.h"
+#include "settings/rig/rig_masks.h"
 #include "support/temporary_folder.h"
 
 // Fuzzes the readers of rigs: our own files, and those of OpenCV, Kalibr and Qualisys. Each must be read or refused
@@ -89,7 +89,7 @@ class Fuzz {
       camera.learnt_masks = {{{{1.0, 1.0}}, {{9.0, 1.0}}, {{9.0, 9.0}}}};
       camera.lens.fx_px += 1.0;
     }
-    if (save_learnt_masks(path, rig)) {
+    if (save_masks(path, rig, kLearntMasks)) {
       const auto masked = load_rig(path);
       MOCAP_EXPECTS(masked.has_value() && masked->size() == rig.size());
       for (const CameraModel& camera : *masked) MOCAP_EXPECTS(camera.learnt_masks.size() == 1);

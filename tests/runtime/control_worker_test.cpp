@@ -16,6 +16,11 @@ Description one_subject() {
   Description description;
   description.cameras.resize(1);
   description.cameras[0].name = "north";
+  description.cameras[0].width_px = 640;
+  description.cameras[0].height_px = 480;
+  description.cameras[0].masks = {{{{1.0, 1.0}}, {{9.0, 1.0}}, {{9.0, 9.0}}}};
+  description.cameras[0].learnt_masks = {{{{1.0, 1.0}}, {{9.0, 1.0}}, {{9.0, 9.0}}},
+                                         {{{20.0, 1.0}}, {{29.0, 1.0}}, {{29.0, 9.0}}}};
   Subject subject;
   subject.name = "anna";
   subject.marker_set.skeleton.bones.resize(2);
@@ -116,6 +121,67 @@ TEST(ControlWorker, ForwardsANewSubjectToTheMainThread) {
   EXPECT_EQ(order.marker_set, "/sets/rigid3.toml");
   EXPECT_EQ(answers[1].code, ControlCode::Invalid);
   EXPECT_THAT(answers[1].message, HasSubstr("there is a subject 'anna' already"));
+}
+
+TEST(ControlWorker, DrawsUndoesAndForgetsTheMasksOfACamera) {
+  World world;
+  std::vector<MainOrder> orders;
+  std::jthread main([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      MainOrder order;
+      if (!world.control.to_main.try_pop(order)) {
+        std::this_thread::yield();
+        continue;
+      }
+      orders.push_back(order);
+      static_cast<void>(world.control.from_main.try_push({order.number, true, "changed"}));
+    }
+  });
+  ControlRequest draw = request(ControlAction::DrawMasks, "north");
+  draw.polygons = {{{{-0.5, -0.5}}, {{63.5, -0.5}}, {{63.5, 47.5}}, {{-0.5, 47.5}}}};
+
+  const auto answers =
+      world.ask({request(ControlAction::UndoMasks, "north"), draw, request(ControlAction::GetMasks),
+                 request(ControlAction::UndoMasks, "north"), request(ControlAction::UndoMasks, "north"),
+                 request(ControlAction::ForgetMasks, "north"), request(ControlAction::GetMasks, "south")});
+  main.request_stop();
+  main.join();
+
+  EXPECT_THAT(answers[0].message, HasSubstr("nothing to undo"));
+  EXPECT_EQ(answers[1].message, "camera 'north': 1 drawn masks, 1.00 % of the image\nchanged");
+  ASSERT_EQ(answers[2].masks->size(), 1U);
+  EXPECT_EQ(answers[2].masks->front().undo_steps, 1U);
+  EXPECT_EQ(answers[2].masks->front().drawn.size(), 1U);
+  EXPECT_EQ(answers[2].masks->front().learnt.size(), 2U);
+  EXPECT_EQ(answers[3].code, ControlCode::Done);
+  EXPECT_EQ(answers[4].code, ControlCode::Invalid);
+  EXPECT_EQ(answers[5].code, ControlCode::Done);
+  EXPECT_EQ(answers[6].code, ControlCode::NotFound);
+  ASSERT_EQ(orders.size(), 3U);
+  EXPECT_EQ(orders[0].drawn->camera, CameraId{0});
+  EXPECT_EQ(orders[0].drawn->polygons[0][2].v, Eigen::Vector2d(63.5, 47.5));
+  EXPECT_TRUE(orders[0].masks.empty()) << "the learnt masks stay";
+  EXPECT_EQ(orders[1].drawn->polygons[0][0].v, Eigen::Vector2d(1.0, 1.0)) << "as before the drawing";
+  EXPECT_FALSE(orders[2].drawn);
+  ASSERT_EQ(orders[2].masks.size(), 1U);
+  EXPECT_TRUE(orders[2].masks[0].empty());
+}
+
+TEST(ControlWorker, RefusesAMaskThatCoversNothingOrEverything) {
+  World world;
+  ControlRequest outside = request(ControlAction::DrawMasks, "north"), all = outside, elsewhere = outside;
+  outside.polygons = {{{{700.0, 0.0}}, {{800.0, 0.0}}, {{800.0, 90.0}}}};
+  all.polygons = {{{{-1.0, -1.0}}, {{1e6, -1.0}}, {{1e6, 1e6}}, {{-1.0, 1e6}}}};
+  elsewhere.name = "south";
+
+  const auto answers = world.ask({outside, all, elsewhere});
+
+  EXPECT_EQ(answers[0].code, ControlCode::Invalid);
+  EXPECT_THAT(answers[0].message,
+              HasSubstr("polygon 1 covers no pixel of the image, expected corners within 0 to 639 and 0 to 479"));
+  EXPECT_EQ(answers[1].code, ControlCode::Invalid);
+  EXPECT_THAT(answers[1].message, HasSubstr("100.0 % of the image would be masked, expected 90 % at most"));
+  EXPECT_EQ(answers[2].code, ControlCode::NotFound);
 }
 
 TEST(ControlWorker, RejectsAFitOfAnotherBody) {

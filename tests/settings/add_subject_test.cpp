@@ -70,5 +70,20 @@ TEST(AddSubject, MakesTheFileInTheStateFolder) {
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 
+TEST(MarkerSetText, IsWrittenIntoANewFile) {
+  support::TemporaryFolder folder;
+  const auto place = folder.path() / "state" / "marker_sets";
+
+  const auto first = write_marker_set_text(place, "anna", "one");
+  const auto second = write_marker_set_text(place, "anna", "two");
+
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(*first, place / "anna.toml");
+  EXPECT_EQ(*second, place / "anna-2.toml");
+  EXPECT_EQ(text_of(*first), "one");
+  EXPECT_EQ(text_of(*second), "two");
+  EXPECT_FALSE(write_marker_set_text(folder.write("file", ""), "anna", "three")) << "a file where the folder should be";
+}
+
 }  // namespace add_subject_test
 }  // namespace mocap::settings

@@ -49,7 +49,7 @@ class SettingsInForce : public testing::Test {
 TEST_F(SettingsInForce, HaveTheFileAndTheLineThatTheyComeFrom) {
   folder_.write("state/added_subjects.toml", added("ben"));
   rig_[0].learnt_masks = {{{{1.0, 2.0}}, {{3.0, 2.0}}, {{3.0, 4.0}}}};
-  ASSERT_TRUE(write_learnt_masks(state_.learnt_masks, rig_));
+  ASSERT_TRUE(write_masks(state_.learnt_masks, rig_, kLearntMasks));
 
   const auto all = settings_in_force(config_, state_);
 

@@ -52,10 +52,11 @@ TEST(StateFolder, LeavesACredentialAsItIsWithoutAServiceManager) {
 TEST(StateMasks, ReplaceThoseOfTheRigCameraByCamera) {
   support::TemporaryFolder folder;
   const auto file = folder.path() / "learnt_masks.toml";
-  ASSERT_TRUE(write_learnt_masks(file, {camera("west", {kLamp}), camera("north east", {}), camera("gone", {kLamp})}));
+  ASSERT_TRUE(
+      write_masks(file, {camera("west", {kLamp}), camera("north east", {}), camera("gone", {kLamp})}, kLearntMasks));
 
   Rig rig{camera("west", {kDoor, kDoor}), camera("north east", {kDoor}), camera("south", {kDoor})};
-  const auto notes = read_learnt_masks(file, rig);
+  const auto notes = read_masks(file, rig, kLearntMasks);
 
   ASSERT_TRUE(notes) << to_text(notes.error());
   ASSERT_EQ(rig[0].learnt_masks.size(), 1U);
@@ -64,14 +65,39 @@ TEST(StateMasks, ReplaceThoseOfTheRigCameraByCamera) {
   EXPECT_EQ(rig[2].learnt_masks.size(), 1U) << "a camera without a table keeps those of the rig";
 }
 
+TEST(StateMasks, OfOneCameraAreWrittenWithoutTouchingThoseOfTheOthers) {
+  support::TemporaryFolder folder;
+  const auto file = folder.path() / "drawn_masks.toml";
+  const auto drawn = [](const std::string& name, std::vector<MaskPolygon> masks) {
+    CameraModel made = camera(name, {});
+    made.masks = std::move(masks);
+    return made;
+  };
+  ASSERT_TRUE(write_masks(file, {drawn("west", {kLamp})}, kDrawnMasks));
+  ASSERT_TRUE(write_masks(file, {drawn("south", {kDoor, kLamp})}, kDrawnMasks));
+  ASSERT_TRUE(write_masks(file, {drawn("south", {kDoor})}, kDrawnMasks));
+
+  Rig rig{camera("west", {kDoor}), drawn("south", {kLamp, kLamp})};
+  ASSERT_TRUE(read_masks(file, rig, kDrawnMasks));
+
+  ASSERT_EQ(rig[0].masks.size(), 1U);
+  EXPECT_EQ(rig[0].masks[0][2].v, Eigen::Vector2d(30.0, 40.5));
+  EXPECT_EQ(rig[0].learnt_masks.size(), 1U);
+  ASSERT_EQ(rig[1].masks.size(), 1U);
+  EXPECT_EQ(rig[1].masks[0][0].v, Eigen::Vector2d(110.0, 20.0));
+
+  folder.write("drawn_masks.toml", "[west\n");
+  EXPECT_FALSE(write_masks(file, {drawn("south", {})}, kDrawnMasks)) << "a file that cannot be read is not overwritten";
+}
+
 TEST(StateMasks, OfAnotherImageSizeAreLeftOutWithAReason) {
   support::TemporaryFolder folder;
   const auto file = folder.path() / "learnt_masks.toml";
-  ASSERT_TRUE(write_learnt_masks(file, {camera("west", {kLamp})}));
+  ASSERT_TRUE(write_masks(file, {camera("west", {kLamp})}, kLearntMasks));
 
   Rig rig{camera("west", {kDoor, kDoor})};
   rig[0].width_px = 1280;
-  const auto notes = read_learnt_masks(file, rig);
+  const auto notes = read_masks(file, rig, kLearntMasks);
 
   ASSERT_TRUE(notes);
   EXPECT_EQ(rig[0].learnt_masks.size(), 2U);
@@ -82,10 +108,11 @@ TEST(StateMasks, WithFaultsAreRefusedAndWithoutAFileNothingChanges) {
   support::TemporaryFolder folder;
   Rig rig{camera("west", {kDoor})};
 
-  ASSERT_TRUE(read_learnt_masks(folder.path() / "none.toml", rig));
+  ASSERT_TRUE(read_masks(folder.path() / "none.toml", rig, kLearntMasks));
   EXPECT_EQ(rig[0].learnt_masks.size(), 1U);
 
-  const auto faults = read_learnt_masks(folder.write("bad.toml", "[west]\nsize = [640, 480]\nmasks = []\n"), rig);
+  const auto faults =
+      read_masks(folder.write("bad.toml", "[west]\nsize = [640, 480]\nmasks = []\n"), rig, kLearntMasks);
   ASSERT_FALSE(faults);
   EXPECT_THAT(to_text(faults.error()), HasSubstr("bad.toml:3:1: camera 'west': unknown key 'masks'"));
 }

@@ -77,6 +77,7 @@ TEST(BearingOnlyObservation, FillsTheMarkerOnItsRay) {
   const LabelledMarker& label = world.label(hand);
   EXPECT_EQ(label.state, LabelState::Filled);
   EXPECT_EQ(label.cameras, 1U);
+  EXPECT_EQ(label.seen_by, bit_of(CameraId{3}));
   const Eigen::Vector3d direction = (world.true_marker(hand) - eye).normalized();
   EXPECT_LT((label.position.v - eye).cross(direction).norm(), 1e-6);
   EXPECT_LT((label.position.v - world.true_marker(hand)).norm(), 0.03);

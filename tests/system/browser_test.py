@@ -1,12 +1,13 @@
 """From cameras without a rig to an exported take in the browser alone, with real programs and simulated GigE cameras."""
 
+import json
 import math
 import shutil
 import subprocess
 import unittest
 
 from calibrate_test import RIG, centres
-from harness import GIGE_OF_DEMO_RIG, SOURCE, Desk, free_port
+from harness import GIGE_OF_DEMO_RIG, SOURCE, Desk, free_port, synthetic_volume
 from web_test import Web, wait_until
 
 CONFIG = """
@@ -31,17 +32,42 @@ STEP_LIMIT_S = 800
 
 @unittest.skipUnless(shutil.which("node") and LIBRARY.is_dir(), "Node.js or playwright-core is not installed")
 @unittest.skipUnless(shutil.which("chromium"), "chromium is not installed")
-class SessionInTheBrowser(unittest.TestCase):
+class InTheBrowser(unittest.TestCase):
+    def click_through(self, step):
+        done = subprocess.run(["node", SOURCE / "tests/web/live_session.mjs", f"http://127.0.0.1:{self.web.port}", step, self.desk.folder],
+                              capture_output=True, text=True, timeout=STEP_LIMIT_S)
+        self.assertEqual(done.returncode, 0, done.stderr + self.daemon.output()[-4000:])
+
+
+class PartsInTheBrowser(InTheBrowser):
+    def test_rays_a_drawn_mask_and_a_subject_from_a_c3d_file(self):
+        self.desk = Desk()
+        self.addCleanup(self.desk.close)
+        config = self.desk.write("my.toml", synthetic_volume(self.desk.endpoint).replace("openmocap18", "baseline41"))
+        (self.desk.folder / "state").mkdir()
+        self.daemon = self.desk.start("mocapd", "--config", config, "--state", self.desk.folder / "state")
+        self.web = Web(self.desk, self.desk.endpoint)
+        wait_until(lambda: self.web.get("/readyz")[0] == 200, "the daemon's feed")
+
+        self.click_through("rays")
+        self.click_through("mask")
+        self.assertIn("mask = [", (self.desk.folder / "state/drawn_masks.toml").read_text())
+        for action, name in [("ACTION_START", "stand"), ("ACTION_STOP", "")]:
+            self.assertEqual(self.web.post("take", {"action": action, "name": name, "seconds": 0})[0], 200)
+            if name:
+                wait_until(lambda: json.loads(self.web.get("/api/v1/status")[2])["status"].get("health", {}).get("take", {}).get("seconds", 0) > 1.5, "a take of 1.5 s")
+        wait_until(lambda: self.web.get("/takes/stand.c3d")[0] == 200, "the exported take")
+        (self.desk.folder / "stand.c3d").write_bytes(self.web.get("/takes/stand.c3d")[2])
+        self.click_through("import")
+        self.assertTrue((self.desk.folder / "state/marker_sets/cara.toml").exists())
+
+
+class SessionInTheBrowser(InTheBrowser):
     def show(self, motion):
         """The cameras show another scene: the simulator starts anew, and the daemon connects again."""
         if self.scene:
             self.scene.end()
         self.scene = self.desk.start("mocap-sim", "--serve", "--rig", RIG, "--motion", motion)
-
-    def click_through(self, step):
-        done = subprocess.run(["node", SOURCE / "tests/web/live_session.mjs", f"http://127.0.0.1:{self.web.port}", step, self.desk.folder],
-                              capture_output=True, text=True, timeout=STEP_LIMIT_S)
-        self.assertEqual(done.returncode, 0, done.stderr + self.daemon.output()[-4000:])
 
     def test_from_no_rig_to_an_exported_take(self):
         self.desk = Desk()

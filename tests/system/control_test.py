@@ -354,6 +354,55 @@ class Control(unittest.TestCase):
         until(lambda: daemon.version() > version, "the masks are used")
         self.assertIn("mask_learnt", rig.read_text())
 
+    def test_a_drawn_mask_hides_blobs_beside_a_learnt_one_survives_a_restart_and_is_undone(self):
+        state = self.desk.folder / "state"
+        state.mkdir()
+        options = ("--state", state)
+        daemon = Daemon(self.desk, options=options)
+        until(daemon.status, "an answer")
+
+        def blobs():
+            views = json.loads(self.done(daemon.ctl("snapshot", "--json")))["snapshot"]["views"]
+            return dict(zip(views["cameras"], views["blobs"], strict=True)).get(0)
+
+        def masks():
+            (camera,) = json.loads(self.done(daemon.ctl("mask", "list", "cam1", "--json")))["masks"]["cameras"]
+            return camera
+
+        until(lambda: (blobs() or 0) > 10, "the person in cam1")
+        height, width = masks()["heightPx"], masks()["widthPx"]
+        upper = f"0,0,{width},{int(0.85 * height)}"
+        version = daemon.version()
+        self.assertIn("1 drawn masks, 85.", self.done(daemon.ctl("mask", "draw", "cam1", "--rectangle", upper)))
+        until(lambda: daemon.version() > version, "the mask is used")
+        until(lambda: (blobs() or 0) < 5, "fewer blobs")
+        self.assertFalse(masks()["learnt"])
+        self.assertIn("mask = [", (state / "drawn_masks.toml").read_text())
+        self.done(daemon.ctl("mask", "draw", "cam1", "--polygon", f"0,{height - 9},9,{height - 9},0,{height - 1}"))
+        self.assertEqual((len(masks()["drawn"]), masks()["undoSteps"]), (2, 2))
+        self.done(daemon.ctl("mask", "undo", "cam1"))
+        self.assertEqual((len(masks()["drawn"]), masks()["undoSteps"]), (1, 1))
+
+        for wrong, message in [(("--rectangle", "0,0,0,9"), "W and H at least 1"), (("--rectangle", f"{width},0,9,9"), "covers no pixel"),
+                               (("--rectangle", f"0,0,{width},{height}"), "90 % at most"), ((), "nothing to draw")]:
+            refused = daemon.ctl("mask", "draw", "cam1", *wrong)
+            self.assertIn(refused.returncode, (64, 65), wrong)
+            self.assertIn(message, refused.stderr, wrong)
+        self.assertEqual(daemon.ctl("mask", "draw", "nowhere", "--rectangle", upper).returncode, 65)
+        shown = self.done(self.desk.run("mocapctl", "config", "show", "--config", daemon.config, *options))
+        self.assertRegex(shown, r"rig\.cam1\.mask = 1 polygons  # .*/state/drawn_masks\.toml:\d+\n")
+
+        daemon.program.end()
+        daemon.program = self.desk.start("mocapd", "--config", daemon.config, *options)
+        until(daemon.status, "an answer after the restart")
+        self.assertEqual((len(masks()["drawn"]), masks()["undoSteps"]), (1, 0))
+        until(lambda: blobs() is not None, "an image of cam1")
+        self.assertLess(blobs(), 5)
+        self.assertIn("nothing to undo", daemon.ctl("mask", "undo", "cam1").stderr)
+        self.done(daemon.ctl("mask", "remove", "cam1", "1"))
+        until(lambda: (blobs() or 0) > 10, "the blobs again")
+        self.assertEqual(masks()["drawn"], [])
+
     def test_a_late_subscriber_gets_the_description_first_and_a_snapshot_soon(self):
         daemon = Daemon(self.desk)
         until(daemon.status, "an answer")

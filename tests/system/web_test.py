@@ -13,6 +13,7 @@ import unittest
 from fake_feed import FakeFeed, description_pb2, health_pb2, snapshot_pb2
 from harness import SOURCE, Desk, synthetic_volume
 import mocap.v1.preview_pb2 as preview_pb2  # fake_feed has set the path
+import mocap.v1.sightings_pb2 as sightings_pb2
 from websocket_client import BINARY, PING, TEXT, WebSocket, frame, trust
 
 LIMIT_S = 120
@@ -467,19 +468,23 @@ class FoxgloveAccess(WithFakeFeed):
         self.assertIn("expected a site as https://HOST", done.stderr)
 
 
-class WithDaemon(unittest.TestCase):
+class BesideDaemon(unittest.TestCase):
+    marker_set = "openmocap18"
+
     def setUp(self):
         self.desk = Desk()
         self.addCleanup(self.desk.close)
-        config = self.desk.write("my.toml", synthetic_volume(self.desk.endpoint))
+        config = self.desk.write("my.toml", synthetic_volume(self.desk.endpoint).replace("openmocap18", self.marker_set))
         self.daemon = self.desk.start("mocapd", "--config", config)
         self.web = Web(self.desk, self.desk.endpoint)
         wait_until(lambda: self.web.get("/readyz")[0] == 200, "the daemon's feed")
 
+
+class WithDaemon(BesideDaemon):
     def test_the_api_is_the_control_protocol(self):
         paths = json.loads(self.web.get("/api/v1/openapi.json")[2])["paths"]
         for path, operations in paths.items():
-            if "/takes" in path or path == "/api/v1/preflight":
+            if "/takes" in path or path in ("/api/v1/preflight", "/api/v1/subjects/import"):
                 continue  # below
             (method,) = operations
             with self.subTest(path):
@@ -548,6 +553,35 @@ class WithDaemon(unittest.TestCase):
         self.assertGreater(len(previews[-1].x_px), 5)
         gaps_ns = [later.exposed_at_ns - earlier.exposed_at_ns for earlier, later in zip(previews, previews[1:], strict=False)]
         self.assertGreater(min(gaps_ns), 90e6)
+
+    def test_a_page_sees_which_cameras_saw_a_marker_while_it_asks(self):
+        page = self.web.open_page()
+        page.send({"subscribe": ["snapshot", "sightings"]})
+        snapshots, sightings = {}, {}
+
+        def whole():
+            """The number of a set of which both messages came, with all labels; None: not yet."""
+            both = [number for number in snapshots if number in sightings and sum(subject > 0 for subject in sightings[number].subjects_plus_one) == 18]
+            return both[-1] if both else None
+
+        limit = time.monotonic() + LIMIT_S
+        while whole() is None:
+            self.assertLess(time.monotonic(), limit, "a set with all labels")
+            for topic, message, into in [("snapshot", snapshot_pb2.Snapshot, snapshots), ("sightings", sightings_pb2.Sightings, sightings)]:
+                received = message.FromString(page.wait_for_topic(topic))
+                into[received.number] = received
+                if topic == "snapshot":
+                    page.send({"drawn": received.number})
+
+        sightings = sightings[whole()]
+        seen_by = {marker: bits.bit_count() for marker, bits, subject in
+                   zip(sightings.markers, sightings.seen_by, sightings.subjects_plus_one, strict=True) if subject}
+        cameras = snapshots[sightings.number].subjects[0].markers.cameras
+        self.assertEqual([seen_by[marker] for marker in range(18)], list(cameras))
+        self.assertGreater(sum(cameras), 2 * 18)
+        variances = [sightings.covariances_m2[6 * i + k] for i in range(18) for k in (0, 3, 5)]
+        self.assertGreater(min(variances), 0)
+        self.assertLess(min(variances), 1e-6, "within a millimetre")
 
     @unittest.skipUnless(shutil.which("node") and FOXGLOVE_LIBRARY.exists(), "Node.js or tests/web/npm is missing: tools/setup.sh --tests")
     def test_foxgloves_own_library_reads_bones_scene_cameras_and_images(self):
@@ -633,6 +667,73 @@ class WithDaemon(unittest.TestCase):
 
         wait_until(lambda: self.web.get("/readyz")[0] == 200, "the daemon's return")
         self.assertEqual(self.web.get("/api/v1/status")[0], 200)
+
+
+class FromC3d(BesideDaemon):
+    marker_set = "baseline41"  # its labels are known to the import
+
+    def upload(self, name, content, **headers):
+        headers = {"Content-Type": "application/octet-stream", **{n.replace("_", "-"): v for n, v in headers.items()}}
+        status, _, text = self.web.ask("POST", f"/api/v1/subjects/import?name={name}&static=true", content, headers)
+        return status, text
+
+    def test_a_subject_is_added_from_a_c3d_file(self):
+        self.assertEqual(self.web.post("take", {"action": "ACTION_START", "name": "stand"})[0], 200)
+        wait_until(lambda: json.loads(self.web.get("/api/v1/status")[2])["status"].get("health", {}).get("take", {}).get("seconds", 0) > 4, "a take of 4 s")
+        self.assertEqual(self.web.post("take", {"action": "ACTION_STOP"})[0], 200)
+        wait_until(lambda: self.web.get("/api/v1/takes")[0] == 200, "the folder of the takes")
+        status, _, c3d = self.web.get("/takes/stand.c3d")
+        self.assertEqual(status, 200)
+        self.assertGreater(len(c3d), 64 * 1024, "more than the body of another request may have")
+
+        status, text = self.upload("cara", c3d)
+
+        answer = json.loads(text)
+        self.assertEqual((status, answer["code"]), (200, "CODE_DONE"), text)
+        self.assertGreaterEqual(len(answer["report"]["markers"]), 4)
+        direct = self.desk.folder / "direct.c3d"
+        direct.write_bytes(c3d)
+        own = json.loads(self.desk.run("mocapctl", "subject", "import", direct, "--name", "cara", "--static", "--out", self.desk.folder / "sets", "--json").stdout)
+        for key in ("markers", "bones", "unknown", "twice", "ghosts", "residual_mm"):
+            self.assertEqual(answer["report"][key], own[key], key)
+        names = [marker["name"] for marker in own["markers"]]
+        wait_until(lambda: [s["name"] for s in json.loads(self.web.get("/api/v1/status")[2])["status"]["subjects"]][1:] == ["cara"], "the new subject")
+        described = json.loads(self.web.get("/api/v1/description")[2])["description"]["subjects"][1]
+        self.assertEqual([marker["name"] for marker in described["markers"]], names)
+        self.assertIn("who=", self.web.program.output())
+        status, text = self.upload("cara", c3d)
+        self.assertEqual(status, 400)
+        self.assertIn("there is a subject 'cara' already", text.decode())
+        self.assertEqual([path.name for path in (self.desk.folder / "marker_sets").iterdir()], ["cara.toml"])
+
+    def test_a_file_that_is_no_c3d_file_gets_the_error_of_the_command(self):
+        before = (self.desk.folder / "my.toml").read_text()
+        for content in (b"no C3D file at all, although it is long enough" * 40, b"\x02\x50" + bytes(600), b"\x02"):
+            file = self.desk.folder / "upload.c3d"
+            file.write_bytes(content)
+            own = self.desk.run("mocapctl", "subject", "import", file, "--name", "cara", "--out", self.desk.folder / "sets")
+
+            status, text = self.upload("cara", content)
+
+            self.assertEqual(status, 422, text)
+            self.assertEqual(json.loads(text)["message"], own.stderr.strip().removeprefix("mocapctl: ").replace(f"{file.parent}/", ""))
+        self.assertEqual(self.upload("cara", b"")[0], 400)
+        self.assertEqual(self.upload("..%2Fcara", b"x")[0], 400)
+        self.assertEqual(self.upload("cara", b"x", Content_Type="text/plain")[0], 415)
+        self.assertEqual(self.upload("cara", b"x", Origin="http://evil.example")[0], 403)
+        self.assertEqual(self.web.get("/api/v1/subjects/import")[0], 405)
+        self.assertEqual((self.desk.folder / "my.toml").read_text(), before)
+
+    def test_an_upload_is_bounded(self):
+        head = "POST /api/v1/subjects/import?name=cara HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/octet-stream\r\nContent-Length: {}\r\n\r\n"
+        self.assertIn(b" 413 ", read_all(self.web.raw(head.format(8 * 1024 * 1024 + 1).encode())))
+        waiting = [self.web.raw(head.format(1000000).encode()) for _ in range(2)]
+        wait_until(lambda: b" 503 " in read_all(self.web.raw(head.format(1000000).encode())), "two uploads are under way")
+        for connection in waiting:
+            connection.close()
+        wait_until(lambda: self.upload("cara", b"x")[0] == 422, "places are free again")
+        other = "POST /api/v1/take HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n"
+        self.assertIn(b" 413 ", read_all(self.web.raw(other.format(64 * 1024 + 1).encode())))
 
 
 def read_piece(piece):

@@ -47,6 +47,14 @@ TEST(Api, NamesTheFaultOfParameters) {
   }
 }
 
+TEST(Api, LetsAViewerListTheMasks) {
+  const Method& mask = *find_method("mask");
+  EXPECT_FALSE(is_change(mask, *request_of(mask, R"({"action":"ACTION_LIST"})")));
+  for (const char* changing : {R"({"action":"ACTION_DRAW"})", R"({"action":"ACTION_FORGET"})", "{}"}) {
+    EXPECT_TRUE(is_change(mask, *request_of(mask, changing))) << changing;
+  }
+}
+
 TEST(Api, LetsAViewerListTheShots) {
   const Method& shots = *find_method("shots");
   EXPECT_FALSE(is_change(shots, *request_of(shots, R"({"action":"ACTION_LIST"})")));

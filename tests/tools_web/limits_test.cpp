@@ -31,7 +31,8 @@ TEST(TokenBucket, SavesNoMoreThanABurst) {
 }
 
 TEST(Topics, AreThoseOfTheFeed) {
-  for (const char* topic : {"description", "snapshot", "health", "event", "markers", "preview/north", "subject/anna"}) {
+  for (const char* topic :
+       {"description", "snapshot", "health", "event", "markers", "sightings", "preview/north", "subject/anna"}) {
     EXPECT_TRUE(is_topic(topic)) << topic;
   }
   for (const std::string& topic :

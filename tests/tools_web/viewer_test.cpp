@@ -99,6 +99,21 @@ TEST(Viewer, SendsStateTextsAndDescriptionBeforeTheRest) {
   EXPECT_THAT(all_of(viewer), testing::ElementsAre("state", "text", "description", "event", "snapshot"));
 }
 
+TEST(Viewer, SendsSightingsAtThePaceAtWhichThePageDraws) {
+  Viewer viewer([] {});
+  viewer.subscribe({"sightings", "snapshot"});
+  viewer.offer("snapshot", message("snapshot 1"));
+  EXPECT_THAT(all_of(viewer), testing::ElementsAre("snapshot 1"));
+
+  viewer.offer("sightings", message("sightings 1"));
+  viewer.offer("snapshot", message("snapshot 2"));
+  viewer.offer("sightings", message("sightings 2"));
+  EXPECT_THAT(all_of(viewer), testing::IsEmpty());
+  viewer.note_drawn();
+
+  EXPECT_THAT(all_of(viewer), testing::ElementsAre("sightings 2", "snapshot 2"));
+}
+
 TEST(Viewer, LetsNoTopicStarveAnother) {
   Viewer viewer([] {});
   viewer.subscribe({"preview/a", "preview/b"});

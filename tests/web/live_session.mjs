@@ -1,6 +1,6 @@
 // An operator's session in a browser, at the page of a real daemon: one step of it.
 //
-// usage: live_session.mjs URL wand|floor|take FOLDER     FOLDER: receives downloads; exit code 77: no browser
+// usage: live_session.mjs URL wand|floor|take|rays|mask|import FOLDER     FOLDER: receives downloads, has stand.c3d; exit code 77: no browser
 
 import assert from "node:assert/strict";
 import { statSync } from "node:fs";
@@ -59,13 +59,57 @@ async function take(page, address, folder) {
   }
 }
 
+async function rays(page, address) {
+  await page.goto(`${address}/#/stage`);
+  await page.getByRole("img", { name: /actor: tracking/ }).waitFor();
+  await page.getByText("What the picture shows, in words").click();
+  await page.keyboard.press("r");
+  await page.getByText(/^\d\d+ rays to [1-9]\d* markers\. Standard deviation of a measured position: 0\.\d/).waitFor();
+}
+
+/** Masks most of the image of cam1, sees its blobs vanish, and undoes it. */
+async function mask(page, address) {
+  await page.goto(`${address}/#/cameras/cam1`);
+  const blobs = page.locator(".figures").getByText(/^\d+ blobs$/);
+  const count = async () => parseInt(await blobs.innerText(), 10);
+  const until = async (holds) => {
+    while (!holds(await count())) await page.waitForTimeout(100);
+  };
+  await page.getByRole("img", { name: "0 drawn and 0 learnt masks" }).waitFor();
+  await until((now) => now > 10);
+  await page.getByRole("button", { name: "Mask a rectangle" }).click();
+  const box = await page.locator("svg.masks").boundingBox();
+  await page.mouse.move(box.x + 1, box.y + 1);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width - 1, box.y + 0.85 * box.height, { steps: 3 });
+  await page.mouse.up();
+  await page.getByRole("button", { name: "Apply" }).click();
+  await page.getByText(/camera 'cam1': 1 drawn masks, 8\d\.\d+ % of the image/).waitFor();
+  await until((now) => now < 5);
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByRole("img", { name: "0 drawn and 0 learnt masks" }).waitFor();
+  await until((now) => now > 10);
+}
+
+async function importSubject(page, address, from) {
+  await page.goto(`${address}/#/subjects`);
+  const panel = page.getByRole("region", { name: "Add from a C3D file" });
+  await panel.getByLabel("C3D file, at most 8 MiB").setInputFiles(join(from, "stand.c3d"));
+  await panel.getByLabel("Name of the subject").fill("cara");
+  await panel.getByRole("button", { name: "Import and add" }).click();
+  await panel.getByText(/is in force/).waitFor();
+  await panel.getByRole("region", { name: "What the file has" }).getByText(/^\d+: \w+/).waitFor();
+  await page.getByRole("link", { name: "cara", exact: true }).first().click();
+  await page.getByRole("heading", { name: "cara" }).first().waitFor();
+}
+
 const [address, step, folder] = process.argv.slice(2);
 if (!chromium()) process.exit(77);
 const browser = await startBrowser();
 const page = await browser.newPage({ viewport: kSizes[0], reducedMotion: "reduce" });
 page.setDefaultTimeout(kPatience_ms);
 try {
-  await { wand, floor, take }[step](page, address, folder);
+  await { wand, floor, take, rays, mask, import: importSubject }[step](page, address, folder);
 } catch (error) {
   await page.screenshot({ path: join(folder, `${step}.png`) });
   throw error;

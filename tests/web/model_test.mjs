@@ -9,11 +9,13 @@ import { cameraOnRing } from "./simulated_person.mjs";
 
 const [{ splitMessage }, { readServerText }, { WantedTopics }, { CameraView }, { sceneFrame }, { healthReasons, worst }, { History }, { MarkerWatch }, { DataAge },
   { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText },
-  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings }, { splitPiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags }] =
+  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings }, { splitPiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags },
+  { spreadOf, ellipseFromAbove, readSightings, ofSelected, sightingSummary },
+  { rectangle, rectangleBetween, describePolygon, readMasks }, { readImport }] =
   await pageModules("feed/message", "feed/server_text", "feed/topics", "model/camera_view", "model/scene_frame", "model/health_report", "model/history",
     "model/marker_watch", "model/data_age", "model/seen_volume", "model/coverage", "model/format", "model/timecode", "model/shot_list", "model/config_faults",
     "view/trails", "model/summary", "model/qr_path", "model/event_text", "model/recent_snapshots",
-    "model/blob_use", "model/latency_histogram", "model/preflight", "model/take_piece", "model/take_frames", "model/take_text");
+    "model/blob_use", "model/latency_histogram", "model/preflight", "model/take_piece", "model/take_frames", "model/take_text", "model/sightings", "model/masks", "model/import_report");
 const wire = await messages();
 const { fromBinary } = await import("./modules.mjs").then(({ protobuf }) => protobuf());
 const decode = (name, bytes) => fromBinary(wire.schema(name), bytes);
@@ -405,4 +407,58 @@ test("A histogram is of the time between two messages of health", () => {
   assert.deepEqual(latencyHistogram(at([1n, 1n, 0n]), null, 5).map(({ to_ms }) => to_ms), [1, 10, Infinity]);
   assert.deepEqual(shares(at([1n]), null), []);
   assert.deepEqual(shares({ latencyBoundsS: [], latencyTotals: [] }, null), []);
+});
+
+// L L^T = [4 2 0; 2 5 3; 0 3 10], worked out by hand.
+test("A covariance is factorised, and one that is none has no ellipsoid", () => {
+  const [a, b, c] = spreadOf([4, 2, 0, 5, 3, 10]);
+  near([...a, ...b, ...c], [2, 1, 0, 0, 2, 1.5, 0, 0, Math.sqrt(7.75)], 1e-12);
+  for (const broken of [[1, 2, 0, 1, 0, 1], [0, 0, 0, 1, 0, 1], [NaN, 0, 0, 1, 0, 1], [-1, 0, 0, 1, 0, 1], [1, 0, 0, 1, 0, Infinity]]) assert.equal(spreadOf(broken), null);
+});
+
+test("A covariance is an ellipse on the map, whose up is x and whose left is y", () => {
+  const along = (xx, xy, yy) => ellipseFromAbove(spreadOf([xx, xy, 0, yy, 0, 1]));
+  near(Object.values(along(9, 0, 1)), [3, 1, Math.PI / 2], 1e-9); // up
+  near(Object.values(along(1, 0, 9)), [3, 1, 0], 1e-9); // to the left, which is the line to the right
+  near(Object.values(along(2, 1, 2)), [Math.sqrt(3), 1, Math.PI / 4], 1e-9); // up and left: the line to the right and below
+});
+
+test("Sightings say which cameras saw a marker", () => {
+  const message = decode("Sightings", new Uint8Array((wire.encode("Sightings", {
+    subjectsPlusOne: [2, 0], markers: [5, 902], filled: [true, false], positionsM: [1, 2, 3, 4, 5, 6], covariancesM2: [4e-6, 0, 0, 4e-6, 0, 4e-6, 1e-6, 0, 0, 1e-6, 0, 9e-6],
+    seenBy: [1n << 63n, 0b101n],
+  }))));
+  const [labelled, other] = readSightings(message, 64);
+  assert.deepEqual([labelled.subject, labelled.index, labelled.filled, labelled.cameras, labelled.at_m], [1, 5, true, [63], [1, 2, 3]]);
+  assert.deepEqual([other.subject, other.index, other.cameras], [-1, 901, [0, 2]]);
+  assert.deepEqual(readSightings(message, 2)[1].cameras, [0], "a camera that the description does not have");
+  assert.deepEqual(ofSelected([labelled, other], { subject: 1, marker: 5 }), [labelled]);
+  assert.deepEqual(ofSelected([labelled, other], { subject: 0, marker: 5 }), [labelled, other]);
+  assert.equal(sightingSummary([labelled, other]), "3 rays to 2 markers. Standard deviation of a measured position: 3.00\u2009mm in the median, 3.00\u2009mm at most.");
+  message.seenBy.pop();
+  assert.deepEqual(readSightings(message, 64), [], "columns that do not fit");
+});
+
+test("A rectangle that is drawn covers whole pixels of the image", () => {
+  assert.deepEqual(rectangleBetween([30.4, 9.6], [10, 20], 640, 480), rectangle(10, 10, 21, 11));
+  assert.deepEqual(rectangleBetween([-50, -50], [1000, 1000], 640, 480), [[-0.5, -0.5], [639.5, -0.5], [639.5, 479.5], [-0.5, 479.5]]);
+  assert.equal(rectangleBetween([30, 30], [30.2, 90], 640, 480), null);
+  assert.equal(rectangleBetween([700, 500], [800, 600], 640, 480), null);
+});
+
+test("A mask is described, and one whose columns do not fit is left out", () => {
+  assert.equal(describePolygon(rectangle(3, 4, 10, 20)), "rectangle at 3, 4: 10 × 20 px");
+  assert.equal(describePolygon([[0, 0], [10, 0], [5, 9]]), "polygon of 3 corners around 5, 3");
+  assert.equal(describePolygon([[0, 0], [10, 0], [10, 10], [1, 10]]), "polygon of 4 corners around 5, 5");
+  const { drawn, learnt } = readMasks({ drawn: [{ xPx: [1, 2, 3], yPx: [4, 5] }, { xPx: [1, 2, 3], yPx: [4, 5, 6] }], learnt: [{ xPx: [1, 2], yPx: [1, 2] }], undoSteps: 0 });
+  assert.deepEqual(drawn, [[[1, 4], [2, 5], [3, 6]]]);
+  assert.deepEqual(learnt, []);
+});
+
+test("The answer to an import is read, whatever it is", () => {
+  for (const nonsense of [null, 7, [], "x"]) assert.deepEqual(readImport(nonsense, 413), { good: false, message: "the server answered with the status 413", warnings: [], found: null });
+  const { good, found } = readImport({ code: "CODE_DONE", report: { markers: [{ name: "A", bone: "Hips" }, 3], bones: [{ name: "Hips" }, { name: "Head" }], ghosts: "many", asymmetric: [["A", "B"], 7] } }, 200);
+  assert.equal(good, true);
+  assert.deepEqual([found.markers, found.bonesWithout, found.unlabelled, found.asymmetric], [["A"], ["Head"], 0, ["A and B"]]);
+  assert.equal(readImport({ code: "CODE_DONE", report: null }, 200).found, null);
 });

@@ -120,6 +120,45 @@ test("Without WebGL the stage is a map, which moves too", async () => {
   assert.deepEqual(faults, []);
 });
 
+for (const webgl of [true, false]) {
+  test(`Rays and covariances are drawn, and asked for, only while they are on, ${webgl ? "in three dimensions" : "on the map"}`, async () => {
+    standIn.still = 60;
+    const { page, faults } = await visit("#/stage", { webgl });
+    await page.getByRole("img", { name: /Anna: tracking/ }).waitFor();
+    await page.getByText("What the picture shows, in words").click();
+    const picture = async () => {
+      await untilDrawn(6);
+      await page.evaluate(() => {
+        scrollTo(0, 0); // away from the clock of the header, which stays in view
+        for (const part of document.querySelectorAll(".view .tools, .view .legend, .view .overlay")) part.remove(); // they lie over the picture
+      });
+      return page.locator(".view canvas").first().screenshot();
+    };
+    const wanted = () => [...standIn.viewers][0].topics.has("sightings");
+    assert.ok(!wanted());
+    const button = (pressed) => page.getByRole("button", { name: "Rays", pressed }).waitFor();
+    await button(false);
+    await page.keyboard.press("r");
+    await button(true);
+    await page.getByText("position within 3 σ, 100 times as large").waitFor();
+    await page.keyboard.press("r");
+    await button(false);
+    const before = await picture();
+
+    await page.keyboard.press("r");
+    await page.getByText(/^\d+ rays to \d+ markers\. Standard deviation of a measured position: 0\.20.mm/).waitFor();
+    assert.ok(wanted());
+    const during = await picture();
+    await page.keyboard.press("r");
+    await until(() => !wanted(), "unsubscribed");
+    const after = await picture();
+
+    assert.ok(!before.equals(during));
+    assert.ok(before.equals(after));
+    assert.deepEqual(faults, []);
+  });
+}
+
 /** Opens each page in turn, without loading the program anew. */
 async function walk(page, look) {
   for (const name of kPages) {
@@ -230,6 +269,120 @@ test("Orders about subjects, cameras, masks and configuration are requests of th
     { method: "subject", params: { action: "ACTION_ADD", name: "Anna" } }, { method: "camera", params: { name: "cam2", exposureUs: 750 } },
     { method: "mask", params: { camera: "", images: 100 } }, { method: "reload", params: {} },
   ]);
+});
+
+const kReport = {
+  name: "Cara", residual_mm: 4.25, unknown: ["Sword1"], twice: [], never_seen: 1, ghosts: 7, model_outputs: 12, asymmetric: [["LASI", "RASI"]],
+  bones: [{ name: "Hips" }, { name: "Chest" }], markers: [{ name: "LASI", bone: "Hips" }, { name: "RASI", bone: "Hips" }],
+};
+
+test("A subject is added from a C3D file, and the page says what the file has and lacks", async () => {
+  standIn.imported = { status: 200, answer: { code: "CODE_DONE", message: "the subject is searched", report: kReport, warnings: ["label 'Sword1' is unknown; left out"] } };
+  const { page, faults } = await visit("#/subjects");
+  const panel = page.getByRole("region", { name: "Add from a C3D file" }), send = panel.getByRole("button", { name: "Import and add" });
+  await panel.getByLabel("C3D file, at most 8 MiB").setInputFiles({ name: "static.c3d", mimeType: "application/octet-stream", buffer: Buffer.alloc(3000, 2) });
+  assert.ok(await send.isDisabled());
+  await panel.getByLabel("Name of the subject").fill("Cara 2");
+
+  await send.click();
+
+  await panel.getByText("the subject is searched").waitFor();
+  const report = panel.getByRole("region", { name: "What the file has" });
+  for (const text of ["2: LASI, RASI", "Chest", "Sword1", "LASI and RASI", "4.3\u2009mm", "label 'Sword1' is unknown; left out"]) await report.getByText(text, { exact: true }).waitFor();
+  assert.deepEqual(standIn.uploads, [{ method: "POST", type: "application/octet-stream", name: "Cara 2", atRest: "true", bytes: 3000 }]);
+  assert.deepEqual(faults, []);
+});
+
+test("A C3D file that is refused is told in the words of the import, and one that is too large is not sent", async () => {
+  standIn.imported = { status: 422, answer: { code: "CODE_FAILED", message: "upload.c3d: not a C3D file: byte 2 is 0, expected 80" } };
+  const { page } = await visit("#/subjects");
+  const panel = page.getByRole("region", { name: "Add from a C3D file" });
+  await panel.getByLabel("Name of the subject").fill("Cara");
+  const send = async (bytes) => {
+    await panel.getByLabel("C3D file, at most 8 MiB").setInputFiles({ name: "walk.c3d", mimeType: "application/octet-stream", buffer: Buffer.alloc(bytes) });
+    await panel.getByRole("button", { name: "Import and add" }).click();
+  };
+
+  await send(8 * 1024 * 1024 + 1);
+  await panel.getByText("walk.c3d has 8.0 MiB, expected at most 8 MiB").waitFor();
+  assert.equal(standIn.uploads.length, 0);
+  await send(100);
+
+  await panel.getByText("upload.c3d: not a C3D file: byte 2 is 0, expected 80").waitFor();
+});
+
+/** Drags or clicks at places of the picture, given in pixels of the camera's image. */
+async function pointers(page) {
+  const box = await page.locator("svg.masks").boundingBox();
+  const scale = Math.min(box.width / 1280, box.height / 1024);
+  const at = ([u, v]) => [box.x + (box.width - 1280 * scale) / 2 + scale * (u + 0.5), box.y + (box.height - 1024 * scale) / 2 + scale * (v + 0.5)];
+  return {
+    click: (corner) => page.mouse.click(...at(corner)),
+    drag: async (from, to) => {
+      await page.mouse.move(...at(from));
+      await page.mouse.down();
+      await page.mouse.move(...at(to), { steps: 3 });
+      await page.mouse.up();
+    },
+  };
+}
+
+test("Masks are drawn as rectangles and polygons, applied, removed and undone", async () => {
+  const { page, faults } = await visit("#/cameras/cam1");
+  await page.getByRole("img", { name: "0 drawn and 1 learnt masks" }).waitFor();
+  const apply = page.getByRole("button", { name: "Apply" }), undo = page.getByRole("button", { name: "Undo" });
+  assert.ok(await apply.isDisabled() && await undo.isDisabled());
+  const pointer = await pointers(page);
+  const near_px = (actual, expected) => actual.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= 4, `${actual} is not ${expected}`));
+
+  await page.getByRole("button", { name: "Mask a rectangle" }).click();
+  await pointer.drag([900, 700], [1100, 800]);
+  await page.getByRole("button", { name: "Mask a polygon" }).click();
+  await pointer.drag([100, 100], [100, 100]);
+  for (const corner of [[300, 100], [200, 300], [100, 100]]) await pointer.click(corner);
+  await pointer.click([600, 600]);
+  await page.keyboard.press("Escape");
+  await page.getByText("Not applied yet.").waitFor();
+  assert.deepEqual(standIn.requests, []);
+  await apply.click();
+  await page.getByText("mask: done").waitFor();
+
+  const [{ action, camera, polygons }] = asked("mask");
+  assert.deepEqual([action, camera, polygons.length], ["ACTION_DRAW", "cam1", 2]);
+  near_px(polygons[0].xPx, [900, 1100, 1100, 900]);
+  near_px(polygons[0].yPx, [700, 700, 800, 800]);
+  near_px(polygons[1].xPx, [100, 300, 200]);
+  near_px(polygons[1].yPx, [100, 100, 300]);
+  await page.getByRole("img", { name: "2 drawn and 1 learnt masks" }).waitFor();
+
+  await page.getByRole("button", { name: "Remove mask 1" }).click();
+  await page.getByText("Rectangle by numbers").click();
+  for (const [name, value] of [["Left", "10"], ["Top", "20"], ["Width", "30"], ["Height", "40"]]) await page.getByLabel(`${name}, px`).fill(value);
+  await page.getByRole("button", { name: "Add the rectangle" }).click();
+  await page.getByText("2: rectangle at 10, 20: 30 × 40 px").waitFor();
+  await apply.click();
+  await until(() => asked("mask").length === 2, "the second order");
+  assert.deepEqual(asked("mask")[1].polygons[1], { xPx: [9.5, 39.5, 39.5, 9.5], yPx: [19.5, 19.5, 59.5, 59.5] });
+  await undo.click();
+  await page.getByText(/^1: rectangle at \d+, \d+: \d+ × \d+ px$/).waitFor();
+  await undo.click();
+  await page.getByText("No drawn mask.").waitFor();
+  assert.ok(await undo.isDisabled());
+  await page.getByRole("button", { name: "Forget learnt" }).click();
+  await page.getByRole("img", { name: "0 drawn and 0 learnt masks" }).waitFor();
+  assert.deepEqual(faults, []);
+});
+
+test("A viewer sees the masks and cannot draw any", async () => {
+  standIn.role = "viewer";
+  const { page } = await visit("#/cameras/cam1");
+  await page.getByRole("img", { name: "0 drawn and 1 learnt masks" }).waitFor();
+
+  await page.getByRole("button", { name: "Mask a rectangle" }).click();
+  await (await pointers(page)).drag([900, 700], [1100, 800]);
+
+  await page.getByText("No drawn mask.").waitFor();
+  assert.equal(await page.getByText("Not applied yet.").count(), 0);
 });
 
 test("A wand calibration goes from the first image to a rig in force, and back to an earlier rig", async () => {

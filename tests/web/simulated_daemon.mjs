@@ -97,6 +97,21 @@ export class SimulatedDaemon {
     });
   }
 
+  /** Every marker of the persons is seen by three to five cameras; its covariance is twice as long upwards as across. */
+  sightings(number, utc_ms) {
+    const t = number / kRate_hz;
+    const persons = [tracked(this.subjects[0], 0, t, [0, 0], 0), tracked(this.subjects[1], 1, t, [0, 0], Math.PI)];
+    const seen = persons.flatMap(({ subject, markers }) => markers.states.map((state, marker) => ({
+      subject: subject + 1, marker, state, at: markers.positionsM.slice(3 * marker, 3 * marker + 3), cameras: state === MEASURED ? 3 + (marker % 3) : 0,
+    }))).filter(({ state }) => state !== LOST_MARKER).concat([{ subject: 0, marker: 901, state: MEASURED, at: [1.9, -1.2, 0.02], cameras: 2 }]);
+    return this.wire.encode("Sightings", {
+      sequence: BigInt(number), number: BigInt(number), descriptionVersion: this.version, exposedAtNs: BigInt(Math.round((utc_ms - 4) * 1e6)),
+      subjectsPlusOne: seen.map(({ subject }) => subject), markers: seen.map(({ marker }) => marker), filled: seen.map(({ state }) => state === FILLED),
+      positionsM: seen.flatMap(({ at }) => at), covariancesM2: seen.flatMap(() => [1e-8, 0, 0, 1e-8, 0, 4e-8]),
+      seenBy: seen.map(({ marker, cameras }) => Array.from({ length: cameras }, (_unused, i) => 1n << BigInt((marker + 2 * i) % kCameras)).reduce((sum, bit) => sum | bit, 0n)),
+    });
+  }
+
   health(number, utc_ms) {
     const t = number / kRate_hz;
     const total = BigInt(number);

@@ -5,6 +5,7 @@ import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { SimulatedCalibration } from "./simulated_calibration.mjs";
 import { kCameras, kRate_hz, SimulatedDaemon } from "./simulated_daemon.mjs";
+import { SimulatedMasks } from "./simulated_masks.mjs";
 import { SimulatedTakes } from "./simulated_takes.mjs";
 import { webSockets } from "./modules.mjs";
 
@@ -52,6 +53,8 @@ export class StandIn {
     /** False: the daemon sends no snapshots. */
     this.sending = true;
     this.number = 0;
+    /** The number of the only set that is sent; null: all are sent. */
+    this.still = null;
     /** What pages asked and said, for tests. */
     this.requests = [];
     this.drawn = 0;
@@ -63,6 +66,10 @@ export class StandIn {
       { check: "disk", verdict: "good", what: "room for 412 minutes of takes", cure: "" },
     ];
     this.calibration = new SimulatedCalibration(kCameras);
+    this.masks = new SimulatedMasks();
+    /** C3D files that were sent, and the answer to the next one. */
+    this.uploads = [];
+    this.imported = { status: 200, answer: { code: "CODE_DONE", message: "added", report: {}, warnings: [] } };
     /** The shot list of the daemon. */
     this.shots = [];
     this.viewers = new Set();
@@ -108,14 +115,23 @@ export class StandIn {
   /** The API over HTTP; false: the request is for a file of the page. */
   async serveApi(request, reply) {
     const url = new URL(request.url, "http://localhost");
-    let text = "";
-    for await (const part of request) text += part;
+    const parts = [];
+    for await (const part of request) parts.push(part);
+    const text = Buffer.concat(parts).toString();
+    if (url.pathname === "/api/v1/subjects/import") return this.importC3d(request, url, Buffer.concat(parts), reply);
     const answer = url.pathname === "/api/v1/preflight" ? [200, this.findings] : this.takes.answer(request.method, url, text && JSON.parse(text));
     if (!answer) return false;
     const [status, body] = answer;
     const json = !Buffer.isBuffer(body);
     const attachment = url.pathname.startsWith("/takes/") ? { "Content-Disposition": "attachment" } : {};
     reply.writeHead(status, { "Content-Type": json ? "application/json" : "application/octet-stream", ...attachment }).end(json ? JSON.stringify(body) : body);
+    return true;
+  }
+
+  /** The answer that a test has planted. */
+  importC3d(request, url, bytes, reply) {
+    this.uploads.push({ method: request.method, type: request.headers["content-type"], name: url.searchParams.get("name"), atRest: url.searchParams.get("static"), bytes: bytes.length });
+    reply.writeHead(this.imported.status, { "Content-Type": "application/json" }).end(JSON.stringify(this.imported.answer));
     return true;
   }
 
@@ -172,7 +188,9 @@ export class StandIn {
       return;
     }
     viewer.acknowledged = false;
-    viewer.send("snapshot", this.daemon.snapshot(this.number, Date.now()));
+    const number = this.still ?? this.number;
+    viewer.send("sightings", this.daemon.sightings(number, Date.now()));
+    viewer.send("snapshot", this.daemon.snapshot(number, Date.now()));
   }
 
   sayState(viewer) {
@@ -206,7 +224,7 @@ export class StandIn {
   }
 
   answer(viewer, { id, method, params }) {
-    const looks = method === "calibration" && SimulatedCalibration.looks(params);
+    const looks = (method === "calibration" && SimulatedCalibration.looks(params)) || SimulatedMasks.lists(method, params);
     if (!looks) this.requests.push({ method, params });
     const fault = this.refusals.get(method) ?? this.faultOf(method, params);
     if (fault) {
@@ -215,7 +233,7 @@ export class StandIn {
     }
     if (params.action === "ACTION_IMPORT") this.shots = params.shots;
     if (params.action === "ACTION_CLEAR") this.shots = [];
-    const list = method === "calibration" ? this.calibration.answer(params) : method === "shots" ? { shots: { shots: this.shots } } : {};
+    const list = method === "calibration" ? this.calibration.answer(params) : method === "mask" ? this.masks.answer(params) : method === "shots" ? { shots: { shots: this.shots } } : {};
     const message = method === "take" ? this.record(params) : list.calibration || list.rigs ? "" : `${method}: done`;
     viewer.say({ answer: { id, ok: true, result: { id: String(id), code: "CODE_DONE", message, ...list } } });
   }

@@ -391,6 +391,27 @@ TEST(ControlCodec, AcceptsANewSubjectOnlyIfItCanBeQuotedInAConfiguration) {
   }
 }
 
+TEST(ControlRequest, OfANewSubjectMayHaveTheContentOfItsMarkerSet) {
+  v1::Request request;
+  v1::SubjectRequest& subject = *request.mutable_subject();
+  subject.set_action(v1::SubjectRequest::ACTION_ADD);
+  subject.set_name("anna 2");
+  subject.set_marker_set_text("name = \"anna\"\n");
+  ASSERT_TRUE(decode(request));
+  EXPECT_EQ(decode(encode(*decode(request)))->marker_set_text, "name = \"anna\"\n");
+
+  for (const char* name : {"", "../anna", ".anna", "a\"b"}) {
+    subject.set_name(name);
+    EXPECT_THAT(decode(request).error().message, HasSubstr("expected at most 64 letters")) << name;
+  }
+  subject.set_name("anna");
+  subject.set_marker_set("/sets/rigid3.toml");
+  EXPECT_THAT(decode(request).error().message, HasSubstr("are both set"));
+  subject.clear_marker_set();
+  subject.set_marker_set_text(std::string(48 * 1024 + 1, 'x'));
+  EXPECT_THAT(decode(request).error().message, HasSubstr("marker_set_text has 49153 bytes"));
+}
+
 TEST(ControlCodec, NamesTheFault) {
   v1::Request request;
   request.mutable_camera()->set_exposure_us(std::numeric_limits<double>::quiet_NaN());

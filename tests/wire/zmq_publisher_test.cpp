@@ -12,6 +12,7 @@
 
 #include "mocap/v1/event.pb.h"
 #include "mocap/v1/preview.pb.h"
+#include "mocap/v1/sightings.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "random_model.h"
 #include "sample_description.h"
@@ -339,6 +340,44 @@ TEST(ZmqPublisher, SendsPreviewsOfACameraOnlyWhileSomebodyWantsThem) {
   EXPECT_EQ(sent.jpeg(), std::string("\1\0\2", 3));
   EXPECT_EQ(sent.x_px(0), 1.5F);
   EXPECT_EQ(sent.y_px(0), 2.5F);
+}
+
+TEST(ZmqPublisher, SendsSightingsOfTheMarkersThatArePlacedOnlyWhileSomebodyWantsThem) {
+  const auto publisher = publisher_at("tcp://127.0.0.1:*");
+  ASSERT_TRUE(publisher->describe(sample_description(5)));
+  Snapshot snapshot;
+  snapshot.number = 7;
+  snapshot.description_version = 5;
+  snapshot.instants.exposed_at = from_ns(12'000);
+  SubjectLabels& labels = snapshot.labels.push_back({});
+  labels.subject = SubjectId{0};
+  labels.markers.push_back({});  // lost
+  LabelledMarker& filled = labels.markers.push_back({});
+  filled.state = LabelState::Filled;
+  filled.position.v = {1.0, 2.0, 3.0};
+  filled.covariance_m2 << 6.0, 1.0, 2.0, 1.0, 5.0, 3.0, 2.0, 3.0, 4.0;
+  filled.seen_by = bit_of(CameraId{63});
+  snapshot.unlabelled.push_back({TrackId{41}, {{4.0, 5.0, 6.0}}, 0.1, 2, bit_of(CameraId{0}) | bit_of(CameraId{2})});
+  ASSERT_TRUE(publisher->publish(snapshot));
+
+  const auto subscriber = subscriber_with({.endpoint = publisher->endpoint(), .topics = {kSightingsTopic}});
+  while (publisher->feed().subscriptions < 1) publisher->serve();
+  ASSERT_TRUE(publisher->publish(snapshot));
+
+  const auto message = subscriber->next(kLong);
+  ASSERT_TRUE(message);
+  v1::Sightings sent;
+  ASSERT_TRUE(sent.ParseFromString(message->payload));
+  EXPECT_EQ(sent.sequence(), 1U);
+  EXPECT_EQ(sent.number(), 7U);
+  EXPECT_EQ(sent.description_version(), 5U);
+  EXPECT_EQ(sent.exposed_at_ns(), 12'000);
+  EXPECT_THAT(sent.subjects_plus_one(), ::testing::ElementsAre(1, 0));
+  EXPECT_THAT(sent.markers(), ::testing::ElementsAre(1, 42));
+  EXPECT_THAT(sent.filled(), ::testing::ElementsAre(true, false));
+  EXPECT_THAT(sent.positions_m(), ::testing::ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(sent.covariances_m2(), ::testing::ElementsAre(6, 1, 2, 5, 3, 4, 1, 0, 0, 1, 0, 1));
+  EXPECT_THAT(sent.seen_by(), ::testing::ElementsAre(std::uint64_t{1} << 63U, 0b101U));
 }
 
 Lite lite_in(const FeedMessage& message) {

@@ -14,8 +14,8 @@
 #include "calibrate/run_cameras.h"
 #include "calibrate/terminal.h"
 #include "detect/blob_detector.h"
-#include "settings/rig/learnt_masks.h"
 #include "settings/rig/rig_file.h"
+#include "settings/rig/rig_masks.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -145,7 +145,7 @@ int write(const MaskOptions& options, const std::filesystem::path& path, const R
     fmt::print("{}: unchanged (--dry-run)\n", path.string());
     return kExitOk;
   }
-  const Status saved = settings::save_learnt_masks(path, rig);
+  const Status saved = settings::save_masks(path, rig, settings::kLearntMasks);
   if (!saved) {
     print_message("{}", saved.error().message);
     return exit_of_mask(saved.error().code);

@@ -63,6 +63,7 @@ Result<v1::Request> request_of(const Method& method, const std::string& params_j
 bool is_change(const Method& method, const v1::Request& request) {
   const v1::CalibrationRequest::Action calibration = request.calibration().action();
   return method.changes && request.shots().action() != v1::ShotsRequest::ACTION_LIST &&
+         request.mask().action() != v1::MaskRequest::ACTION_LIST &&
          calibration != v1::CalibrationRequest::ACTION_STATUS && calibration != v1::CalibrationRequest::ACTION_LIST;
 }
 

@@ -18,6 +18,7 @@ struct HttpRequest {
   std::string origin;
   std::string fetch_site;  ///< Sec-Fetch-Site
   std::string content_type;
+  std::uint64_t content_length = 0;  ///< as the client says; 0: unknown
   std::string authorization;
   std::string cookie;
   std::string accept_encoding;

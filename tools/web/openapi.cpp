@@ -99,9 +99,10 @@ json answers(Schemas& schemas) {
 
 json operation_of(const Method& method, Schemas& schemas) {
   json operation{{"operationId", method.name},
-                 {"summary", method.name == "shots" ? "role viewer to list, otherwise operator; see control.proto"
-                             : method.changes       ? "role operator; see control.proto"
-                                                    : "role viewer; see control.proto"},
+                 {"summary", method.name == "shots" || method.name == "mask"
+                                 ? "role viewer to list, otherwise operator; see control.proto"
+                             : method.changes ? "role operator; see control.proto"
+                                              : "role viewer; see control.proto"},
                  {"responses", answers(schemas)}};
   if (!method.changes) return {{"get", std::move(operation)}};
   operation["requestBody"] =
@@ -117,6 +118,7 @@ struct OwnMethod {
   const char* summary;
   const char* type;                                 ///< of the reply
   std::vector<std::pair<const char*, bool>> query;  ///< names, and whether each is needed
+  const char* body = "application/json";            ///< type of the body of a POST
 };
 
 const std::vector<OwnMethod>& own_methods() {
@@ -127,6 +129,15 @@ const std::vector<OwnMethod>& own_methods() {
        "the findings of mocapctl preflight: check, verdict, what, cure",
        "application/json",
        {}},
+      {"/api/v1/subjects/import",
+       "post",
+       "importSubject",
+       "role operator: makes a marker set from a C3D file of at most 8 MiB as mocapctl subject import does, and adds "
+       "the "
+       "subject; code, message, report, warnings. static=true: a person stands in T-pose or A-pose",
+       "application/json",
+       {{"name", true}, {"static", false}},
+       "application/octet-stream"},
       {"/api/v1/takes", "get", "takes", "the newest 500 takes of the folder", "application/json", {}},
       {"/api/v1/takes/{name}", "get", "showTake", "a take as of mocapctl take show --json", "application/json", {}},
       {"/api/v1/takes/{name}/verify", "get", "verifyTake", "valid, and the faults", "application/json", {}},
@@ -172,6 +183,11 @@ json parameter(const std::string& name, const char* place, bool needed) {
   return {{"name", name}, {"in", place}, {"required", needed}, {"schema", {{"type", "string"}}}};
 }
 
+json body_of(const OwnMethod& own) {
+  const bool is_file = std::string_view(own.body) != "application/json";
+  return {{"schema", is_file ? json{{"type", "string"}, {"format", "binary"}} : json{{"type", "object"}}}};
+}
+
 json operation_of(const OwnMethod& own, Schemas& schemas) {
   json answered = answers(schemas);
   answered["200"] = {{"description", "done"}, {"content", {{own.type, json::object()}}}};
@@ -182,7 +198,7 @@ json operation_of(const OwnMethod& own, Schemas& schemas) {
     parameters.push_back(parameter(path.substr(open + 1, path.find('}') - open - 1), "path", true));
   for (const auto& [name, needed] : own.query) parameters.push_back(parameter(name, "query", needed));
   if (!parameters.empty()) operation["parameters"] = std::move(parameters);
-  if (std::string_view(own.method) == "post") operation["requestBody"] = content({{"type", "object"}});
+  if (std::string_view(own.method) == "post") operation["requestBody"] = {{"content", {{own.body, body_of(own)}}}};
   return {{own.method, std::move(operation)}};
 }
 

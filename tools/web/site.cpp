@@ -139,6 +139,7 @@ void Site::answer_takes(const HttpRequest& request, const Visitor& visitor, std:
 }
 
 void Site::answer_api(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done) {
+  if (request.path == kImportPath) return answer_import(request, visitor, std::move(done));
   const std::string name = request.path.substr(kApiPath.size());
   if (name == "openapi.json" && request.method == "GET") return done({200, "application/json", openapi_json()});
   if (name == "preflight" && request.method == "GET") {

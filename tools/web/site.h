@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "web/access/access.h"
@@ -12,11 +14,17 @@
 #include "web/feed/hub.h"
 #include "web/feed/page_message.h"
 #include "web/http_message.h"
+#include "web/import_process.h"
 #include "web/metrics/metrics.h"
 #include "web/preflight_site.h"
 #include "web/takes/take_site.h"
+#include "web/worker.h"
 
 namespace mocap::web {
+
+inline constexpr std::string_view kImportPath = "/api/v1/subjects/import";
+inline constexpr std::uint64_t kMaxUpload_bytes = 8 * 1024 * 1024;
+inline constexpr int kMaxUploads = 2;
 
 /// Runs a function in the thread of the Site.
 using RunHere = std::function<void(std::function<void()>)>;
@@ -30,6 +38,7 @@ class Site {
     ControlWorker& changes;  ///< requests that may take long
     TakeSite& takes;
     PreflightSite& preflight;
+    Worker& imports;  ///< of C3D files
     RunHere run_here;
   };
 
@@ -37,6 +46,12 @@ class Site {
 
   /// Calls `done` at once, or when the daemon has answered.
   void answer(const HttpRequest& request, std::function<void(HttpReply)> done);
+
+  /// Whether the body of the request is a file, up to kMaxUpload_bytes.
+  static bool is_upload(const HttpRequest& request);
+
+  /// A place for an upload, which ends with the object; otherwise the refusal. Only the header of the request is known.
+  Result<std::shared_ptr<void>, HttpReply> admit_upload(const HttpRequest& request);
 
   /// Whether this request may open the connection of a page; otherwise the refusal.
   Result<Visitor, HttpReply> admit_page(const HttpRequest& request);
@@ -58,6 +73,10 @@ class Site {
   /// The HTTP status of an answer and its JSON.
   using Answered = std::function<void(int status, const v1::Answer& answer)>;
 
+  /// Imports a C3D file and adds its subject.
+  void answer_import(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done);
+  void add_imported(const Result<ImportedSubject>& imported, const std::string& name, const Visitor& visitor,
+                    const std::string& remote, std::function<void(HttpReply)> done);
   HttpReply page_or_status(const HttpRequest& request, const std::optional<Visitor>& visitor);
   /// A refusal if the method of HTTP or the type of the body is not that of a change or a read.
   static std::optional<HttpReply> refuse_form(const HttpRequest& request, const std::string& name, bool changes);
@@ -73,6 +92,7 @@ class Site {
   Access access_;
   Parts parts_;
   WebCounts counts_;
+  std::shared_ptr<int> uploads_ = std::make_shared<int>(0);  ///< under way
   std::uint64_t next_id_ = 1;
 };
 

@@ -122,7 +122,7 @@ CameraModel read_camera(TomlTable& table, const std::string& key) {
     if (const auto t = table.list("translation", {3}))
       camera.camera_from_world.translation = {(*t)[0], (*t)[1], (*t)[2]};
   }
-  if (auto masks = table.polygons("mask")) camera.masks = *std::move(masks);
+  if (auto masks = table.polygons(kDrawnMask)) camera.masks = *std::move(masks);
   if (auto masks = table.polygons(kLearntMask)) camera.learnt_masks = *std::move(masks);
   table.done();
   return camera;
@@ -155,13 +155,13 @@ std::string text_of(const CameraModel& camera) {
   text += fmt::format("rotation = {}\n", list_text({r[0], r[1], r[2]}));
   text += fmt::format("translation = {}\n", list_text({t[0], t[1], t[2]}));
   text += fmt::format("fisheye = {}\n", text_of(fisheye));
-  if (!camera.masks.empty()) text += fmt::format("mask = {}\n", mask_text(camera.masks));
+  if (!camera.masks.empty()) text += fmt::format("{} = {}\n", kDrawnMask, mask_text(camera.masks));
   if (!camera.learnt_masks.empty()) text += fmt::format("{} = {}\n", kLearntMask, mask_text(camera.learnt_masks));
   return text + "\n";
 }
 
-constexpr const char* kCameraKeys[] = {"name",        "size",    "matrix", "distortions", "rotation",
-                                       "translation", "fisheye", "mask",   kLearntMask};
+constexpr const char* kCameraKeys[] = {"name",        "size",    "matrix",   "distortions", "rotation",
+                                       "translation", "fisheye", kDrawnMask, kLearntMask};
 
 // Keys of other programs in a camera's table.
 void leave_out_unknown(TomlTable& table, const std::string& key, std::vector<std::string>& left_out) {

@@ -10,7 +10,8 @@ namespace mocap::settings {
 
 // Words, numbers and masks as text in a rig file and in other files that are written.
 
-/// The key of learned masks; the key of drawn masks is `mask`.
+/// The keys of drawn and of learned masks.
+inline constexpr const char* kDrawnMask = "mask";
 inline constexpr const char* kLearntMask = "mask_learnt";
 
 using mocap::list_text;

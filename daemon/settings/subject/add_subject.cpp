@@ -5,6 +5,10 @@
 #include <fstream>
 #include <system_error>
 
+#include "base/expects.h"
+#include "base/file_name.h"
+#include "base/replace_file.h"
+
 namespace mocap::settings {
 namespace {
 
@@ -62,6 +66,19 @@ Status add_subject_to_state(const std::filesystem::path& added_subjects, const N
       "# Written by mocapd (mocapctl subject add). Read after the configuration; delete a table to remove its "
       "subject.\n";
   return append_and_replace(tried, text + text_of(subject), added_subjects, faults_of);
+}
+
+Result<std::filesystem::path> write_marker_set_text(const std::filesystem::path& folder, const std::string& name,
+                                                    const std::string& text) {
+  MOCAP_EXPECTS(is_file_name(name));
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return cannot(folder, failed);
+  const std::filesystem::path in = std::filesystem::absolute(folder, failed);
+  std::filesystem::path file = in / (name + ".toml");
+  for (int i = 2; std::filesystem::exists(file, failed); ++i) file = in / fmt::format("{}-{}.toml", name, i);
+  if (Status written = replace_file(file, text); !written) return written.error();
+  return file;
 }
 
 }  // namespace mocap::settings

@@ -25,4 +25,9 @@ Status add_subject(const std::filesystem::path& configuration, const NewSubject&
 Status add_subject_to_state(const std::filesystem::path& added_subjects, const NewSubject& subject,
                             const std::function<Faults(const std::filesystem::path&)>& faults_of);
 
+/// Writes the content of a marker set file into a new file NAME.toml of the folder, NAME-2.toml if that exists, and so
+/// on. Makes the folder. Returns the absolute path. `name` is a file name (base/file_name.h). Fails with Io.
+Result<std::filesystem::path> write_marker_set_text(const std::filesystem::path& folder, const std::string& name,
+                                                    const std::string& text);
+
 }  // namespace mocap::settings

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include "base/file_name.h"
 #include "wire/codec/calibration_codec.h"
 #include "wire/codec/encode.h"
 #include "wire/codec/encode_numbers.h"
+#include "wire/codec/mask_codec.h"
 #include "wire/codec/utf8.h"
 
 namespace mocap::wire {
@@ -17,9 +19,8 @@ namespace {
 constexpr double kMostExposure_us = 1e6;  // same limits as [[cameras]] exposure_us and gain_db
 constexpr double kMostGain_dB = 60.0;
 constexpr double kFarthestOffset_m = 10.0;  // far larger than any body
-constexpr std::uint32_t kLeastImages = 10, kMostImages = 10000;
 constexpr double kLongestSpan_s = 7 * 86400.0;
-constexpr std::size_t kLongestName = 255, kLongestPath = 4095, kLongestAsker = 64;
+constexpr std::size_t kLongestName = 255, kLongestPath = 4095, kLongestAsker = 64, kLongestText = 48 * 1024;
 
 Error wrong_control(std::string what) { return {ErrorCode::InvalidArgument, std::move(what)}; }
 
@@ -58,6 +59,24 @@ Status check_new_subject(const v1::SubjectRequest& from) {
   return {};
 }
 
+// The daemon writes the text into a file of this name.
+Status check_new_text(const v1::SubjectRequest& from) {
+  if (!from.marker_set().empty()) {
+    return wrong_control("marker_set and marker_set_text are both set, expected one of them");
+  }
+  if (from.marker_set_text().size() > kLongestText) {
+    return wrong_control(fmt::format("marker_set_text has {} bytes, at most {} are allowed",
+                                     from.marker_set_text().size(), kLongestText));
+  }
+  if (!is_file_name(from.name())) {
+    return wrong_control(
+        fmt::format("name is '{}', expected at most 64 letters, digits, '_', '-', '.' or spaces, the "
+                    "first a letter, a digit or '_'",
+                    from.name()));
+  }
+  return {};
+}
+
 Result<ControlRequest> decode_subject_request(const v1::SubjectRequest& from) {
   ControlRequest into;
   into.name = from.name();
@@ -71,6 +90,10 @@ Result<ControlRequest> decode_subject_request(const v1::SubjectRequest& from) {
   if (into.action == ControlAction::AddSubject && !from.marker_set().empty()) {
     if (Status new_one = check_new_subject(from); !new_one) return new_one.error();
     into.marker_set = from.marker_set();
+  }
+  if (into.action == ControlAction::AddSubject && !from.marker_set_text().empty()) {
+    if (Status new_one = check_new_text(from); !new_one) return new_one.error();
+    into.marker_set_text = from.marker_set_text();
   }
   if (into.action != ControlAction::FitSubject) return into;
   auto bones = vectors(from.rest_offsets_m(), kMaxBones, "rest_offsets_m");
@@ -99,17 +122,6 @@ Result<ControlRequest> decode_camera_request(const v1::CameraRequest& from) {
   }
   if (into.gain_db && !(*into.gain_db >= 0.0 && *into.gain_db <= kMostGain_dB)) {
     return wrong_control(fmt::format("gain_db is {}, expected 0 to {}", *into.gain_db, kMostGain_dB));
-  }
-  return into;
-}
-
-Result<ControlRequest> decode_mask(const v1::MaskRequest& from) {
-  ControlRequest into;
-  into.action = ControlAction::LearnMask;
-  into.name = from.camera();
-  into.images = from.images();
-  if (into.images != 0 && (into.images < kLeastImages || into.images > kMostImages)) {
-    return wrong_control(fmt::format("images is {}, expected {} to {}", into.images, kLeastImages, kMostImages));
   }
   return into;
 }
@@ -252,6 +264,7 @@ v1::SubjectRequest encode_subject(const ControlRequest& from) {
   v1::SubjectRequest into;
   into.set_name(valid_utf8(from.name));
   into.set_marker_set(valid_utf8(from.marker_set));
+  into.set_marker_set_text(valid_utf8(from.marker_set_text));
   switch (from.action) {
     case ControlAction::AddSubject: into.set_action(v1::SubjectRequest::ACTION_ADD); break;
     case ControlAction::RemoveSubject: into.set_action(v1::SubjectRequest::ACTION_REMOVE); break;
@@ -307,7 +320,7 @@ Result<ControlRequest> decode_order(const v1::Request& from) {
     case v1::Request::kCapture: return decode_capture(from.capture());
     case v1::Request::kSubject: read = decode_subject_request(from.subject()); break;
     case v1::Request::kCamera: read = decode_camera_request(from.camera()); break;
-    case v1::Request::kMask: read = decode_mask(from.mask()); break;
+    case v1::Request::kMask: read = decode(from.mask()); break;
     case v1::Request::kTake: read = decode_take(from.take()); break;
     case v1::Request::kShots: read = decode_shots(from.shots()); break;
     case v1::Request::kCalibration: return decode_calibration(from.calibration());
@@ -361,9 +374,10 @@ v1::Request encode(const ControlRequest& from) {
       if (from.gain_db) into.mutable_camera()->set_gain_db(*from.gain_db);
       break;
     case ControlAction::LearnMask:
-      into.mutable_mask()->set_camera(valid_utf8(from.name));
-      into.mutable_mask()->set_images(from.images);
-      break;
+    case ControlAction::DrawMasks:
+    case ControlAction::UndoMasks:
+    case ControlAction::ForgetMasks:
+    case ControlAction::GetMasks: *into.mutable_mask() = encode_mask_request(from); break;
   }
   return into;
 }
@@ -378,6 +392,7 @@ v1::Answer encode(const ControlAnswer& from) {
   if (from.shots) encode_shots(*from.shots, *into.mutable_shots()->mutable_shots());
   if (from.calibration != nullptr) *into.mutable_calibration() = encode(*from.calibration);
   if (from.rigs) *into.mutable_rigs() = encode(*from.rigs);
+  if (from.masks) *into.mutable_masks() = encode(*from.masks);
   return into;
 }
 

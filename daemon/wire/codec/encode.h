@@ -6,6 +6,7 @@
 #include "mocap/v1/description.pb.h"
 #include "mocap/v1/health.pb.h"
 #include "mocap/v1/preview.pb.h"
+#include "mocap/v1/sightings.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "model/description.h"
 #include "model/health.h"
@@ -51,6 +52,11 @@ v1::Description encode(const Description& from);
 
 /// Encodes the counters of the daemon. Latency stages without samples are omitted. A reused message keeps its memory.
 void encode(const Health& from, v1::Health& into);
+
+/// Encodes which cameras saw the markers of a snapshot, and the covariances of the markers, without its sequence
+/// number. Labelled markers that are lost are omitted, as are those of subjects with an index above kMaxSubjects. A
+/// reused message keeps its memory.
+void encode(const Snapshot& from, v1::Sightings& into);
 
 /// Encodes a preview without its sequence number. A reused message keeps its memory.
 void encode(const Preview& from, v1::Preview& into);

@@ -150,6 +150,24 @@ void print_rigs(const v1::RigList& list) {
   }
 }
 
+void print_polygons(const char* kind, const google::protobuf::RepeatedPtrField<v1::MaskPolygon>& polygons) {
+  for (int i = 0; i < polygons.size(); ++i) {
+    std::string corners;
+    for (int k = 0; k < polygons[i].x_px_size(); ++k)
+      corners += fmt::format("{}{:g},{:g}", k > 0 ? "  " : "", polygons[i].x_px(k), polygons[i].y_px(k));
+    fmt::print("        {:6} {:2}  {}\n", kind, i + 1, corners);
+  }
+}
+
+void print_masks(const v1::MaskList& list) {
+  for (const v1::CameraMasks& camera : list.cameras()) {
+    fmt::print("camera  {:20} {} drawn, {} learnt, {} steps to undo\n", camera.camera(), camera.drawn_size(),
+               camera.learnt_size(), camera.undo_steps());
+    print_polygons("drawn", camera.drawn());
+    print_polygons("learnt", camera.learnt());
+  }
+}
+
 void print_json(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
   options.always_print_primitive_fields = true;
@@ -177,6 +195,7 @@ void print_answer(const v1::Answer& answer, bool json, bool csv) {
   if (answer.has_shots()) return print_shots(answer, csv);
   if (answer.has_calibration()) return print_calibration(answer.calibration());
   if (answer.has_rigs()) return print_rigs(answer.rigs());
+  if (answer.has_masks()) return print_masks(answer.masks());
   if (answer.has_status()) return print_status(answer.status());
   if (answer.has_description()) return print_json(answer.description());
   if (answer.has_snapshot()) return print_json(answer.snapshot());

@@ -14,6 +14,7 @@
 #include "base/exit_codes.h"
 #include "ctl/live/live_answer.h"
 #include "ctl/live/live_connection.h"
+#include "ctl/live/mask_command.h"
 #include "mocap/v1/control.pb.h"
 #include "settings/shipped_files.h"
 #include "settings/subject/subject_file.h"
@@ -204,16 +205,6 @@ void add_cameras(cli::App& app, LiveOptions& options) {
     if (*gain) options.request.gain_db = options.gain_db;
     options.run = [&options] { return ask(options, options.request); };
   });
-  cli::App* mask = app.add_subcommand("mask", "masks of lights in the empty volume");
-  mask->examples(
-      "  mocapctl mask learn\n"
-      "  mocapctl mask learn --camera north-east --images 500");
-  mask->require_subcommand(1);
-  cli::App* learn = add(*mask, "learn", "learn the lights in the empty volume, save the masks and use them at once",
-                        "mask learn --camera north-east", ControlAction::LearnMask, options);
-  learn->add_option("--camera", options.request.name, "only this camera");
-  learn->add_option("--images", options.request.images, "number of images of each camera; default 100")
-      ->check(cli::Range(10, 10000));
 }
 
 }  // namespace
@@ -269,6 +260,7 @@ void add_live_commands(cli::App& app, LiveOptions& options) {
     });
   }
   add_cameras(app, options);
+  add_mask_command(app, options);
   add_takes(app, options);
   add_shots(app, options);
 }

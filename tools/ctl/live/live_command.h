@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "lib/cli/app.h"
 #include "lib/cli/floor_options.h"
@@ -25,11 +26,15 @@ struct LiveOptions {
   double seconds = 0.0;
   double countdown_s = 0.0;
   std::string at;
-  std::filesystem::path shots_file;  ///< of take shots import
-  bool csv = false;                  ///< of take shots list
-  std::string wand = "500";          ///< of calibrate wand, as the next; `seconds`: the largest duration
-  cli::FloorOptions floor;           ///< of calibrate floor
-  bool dry_run = false;              ///< of calibrate wand and calibrate floor
+  std::filesystem::path shots_file;     ///< of take shots import
+  bool csv = false;                     ///< of take shots list
+  std::string wand = "500";             ///< of calibrate wand, as the next; `seconds`: the largest duration
+  cli::FloorOptions floor;              ///< of calibrate floor
+  std::vector<std::string> rectangles;  ///< of mask draw, as the next
+  std::vector<std::string> polygons;
+  std::size_t number = 0;  ///< of mask remove, as the next
+  bool all = false;
+  bool dry_run = false;  ///< of calibrate wand and calibrate floor
 };
 
 /// Adds the commands that send a request to a running daemon. The parser sets `options.run` to the chosen command. Call

@@ -124,6 +124,7 @@ void report_import(const SubjectOptions& options, const scene::ImportedMarkerSet
     Json all = json_of(subject);
     all["unknown"] = imported.unknown;
     all["twice"] = imported.twice;
+    all["never_seen"] = imported.never_seen;
     all["ghosts"] = imported.ghosts;
     all["model_outputs"] = imported.model_outputs;
     all["asymmetric"] = asymmetric;

@@ -22,7 +22,8 @@ Result<PageMessage> read_subscribe(const json& list) {
     const auto* text = topic.get_ptr<const std::string*>();
     if (text == nullptr || !is_topic(*text)) {
       return invalid(
-          "subscribe: expected description, snapshot, health, event, markers, preview/NAME or subject/NAME in the "
+          "subscribe: expected description, snapshot, health, event, markers, sightings, preview/NAME or subject/NAME "
+          "in the "
           "list");
     }
     message.topics.insert(*text);

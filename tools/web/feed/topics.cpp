@@ -6,7 +6,8 @@
 namespace mocap::web {
 namespace {
 
-constexpr std::array<std::string_view, 5> kTopics = {"description", "snapshot", "health", "event", "markers"};
+constexpr std::array<std::string_view, 6> kTopics = {"description", "snapshot", "health",
+                                                     "event",       "markers",  "sightings"};
 constexpr std::array<std::string_view, 2> kNamed = {"preview/", "subject/"};
 
 }  // namespace

@@ -79,7 +79,8 @@ std::optional<Outgoing> Viewer::next_in_turn() {
   auto at = newest_.upper_bound(last_topic_);
   for (std::size_t tried = 0; tried < newest_.size(); ++tried, ++at) {
     if (at == newest_.end()) at = newest_.begin();
-    if (at->first == "snapshot" && drawing_) continue;
+    // Sightings are drawn with a snapshot, so they come at its pace.
+    if ((at->first == "snapshot" || at->first == "sightings") && drawing_) continue;
     last_topic_ = at->first;
     if (last_topic_ == "snapshot") {
       drawing_ = true;

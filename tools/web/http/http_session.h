@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -28,7 +29,8 @@ namespace mocap::web {
 
 inline constexpr std::size_t kMaxHeader_bytes = 8 * 1024;
 inline constexpr std::size_t kMaxBody_bytes = 64 * 1024;
-inline constexpr Duration kLinger = std::chrono::seconds(2);  ///< after the last reply of a connection
+inline constexpr Duration kUploadPatience = std::chrono::seconds(120);  ///< for the body of an upload
+inline constexpr Duration kLinger = std::chrono::seconds(2);            ///< after the last reply of a connection
 
 /// One HTTP connection, until it ends or becomes a WebSocket. Its handlers keep it alive.
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
@@ -55,9 +57,45 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     limit_time();
     parser_.emplace();
     parser_->header_limit(kMaxHeader_bytes);
+    parser_->body_limit(kMaxUpload_bytes);  // the parser compares it with Content-Length before the path is known
+    http::async_read_header(
+        *stream_, received_, *parser_,
+        [self = shared_from_this()](error_code error, std::size_t /*bytes*/) { self->take_header(error); });
+  }
+
+  void take_header(error_code error) {
+    if (error) return take(error);
+    const HttpRequest head = request_of(parser_->get(), remote_);
+    if (Site::is_upload(head)) return admit_upload(head);
+    if (head.content_length > kMaxBody_bytes) return refuse(http::error::body_limit);
     parser_->body_limit(kMaxBody_bytes);
     http::async_read(*stream_, received_, *parser_,
-                     [self = shared_from_this()](error_code error, std::size_t /*bytes*/) { self->take(error); });
+                     [self = shared_from_this()](error_code read, std::size_t /*bytes*/) { self->take(read); });
+  }
+
+  // Before the body is read: it needs memory.
+  void admit_upload(const HttpRequest& head) {
+    Result<std::shared_ptr<void>, HttpReply> place = shared_.site.admit_upload(head);
+    if (!place) {
+      request_ = {};
+      request_.version(11);
+      request_.keep_alive(false);
+      return send(HttpReply(place.error()));
+    }
+    upload_ = *std::move(place);
+    upload_ends_ = host_now() + kUploadPatience;
+    receive_upload();
+  }
+
+  void receive_upload() {
+    if (parser_->is_done()) return take({});
+    const Duration left = upload_ends_ - host_now();
+    if (left <= Duration::zero()) return take(beast::error::timeout);
+    stream_->next_layer().expires_after(std::min<Duration>(shared_.timeout, left));
+    http::async_read_some(*stream_, received_, *parser_,
+                          [self = shared_from_this()](error_code error, std::size_t /*bytes*/) {
+                            error ? self->take(error) : self->receive_upload();
+                          });
   }
 
   void take(error_code error) {
@@ -85,7 +123,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_ = {};
     request_.version(11);
     request_.keep_alive(false);
-    if (error == http::error::body_limit) return send(refusal(413, "the body is too large, expected at most 64 KiB"));
+    if (error == http::error::body_limit)
+      return send(refusal(413, "the body is too large, expected at most 64 KiB, for a C3D file 8 MiB"));
     if (too_large) return send(refusal(431, "the header is too large, expected at most 8 KiB"));
     send(refusal(400, "malformed HTTP request"));
   }
@@ -125,6 +164,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
   void send(HttpReply&& reply) {
     limit_time();
+    upload_.reset();
     body_ = request_.method() == http::verb::head ? nullptr : reply.stream;
     response_.emplace(response_of(std::move(reply), request_));
     if (body_) return send_header();
@@ -190,6 +230,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<http::response_serializer<http::string_body>> serializer_;
   std::shared_ptr<ByteStream> body_;
   std::string piece_;
+  std::shared_ptr<void> upload_;  // its place, until the answer
+  Timestamp upload_ends_;
   TokenBucket requests_{50.0, 200.0};
   std::array<char, 4096> discarded_{};
 };

@@ -2,6 +2,7 @@
 
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
+#include <charconv>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -30,6 +31,8 @@ inline HttpRequest request_of(const http::request<http::string_body>& raw, const
   request.origin = header(http::field::origin);
   request.fetch_site = text_of(raw["Sec-Fetch-Site"]);
   request.content_type = header(http::field::content_type);
+  const std::string length = header(http::field::content_length);
+  std::from_chars(length.data(), length.data() + length.size(), request.content_length);
   request.authorization = header(http::field::authorization);
   request.cookie = header(http::field::cookie);
   request.accept_encoding = header(http::field::accept_encoding);

@@ -63,6 +63,7 @@ struct Server::Impl {
   std::unique_ptr<ControlWorker> changes;
   std::unique_ptr<PreflightSite> preflight;
   std::unique_ptr<TakeSite> takes;
+  std::unique_ptr<Worker> imports;
   std::unique_ptr<FeedReader> feed;
   TokenBucket accepts;
   Timestamp state_said_at;
@@ -93,6 +94,7 @@ Status Server::Impl::open_feed() {
   if (!checker) return checker.error();
   preflight = *std::move(checker);
   takes = std::make_unique<TakeSite>(settings.takes, run_here());
+  imports = std::make_unique<Worker>();
   wire::SubscriberSettings subscriber{.endpoint = settings.feed, .topics = {}, .keys = settings.keys};
   const auto topics = hub.topics();
   subscriber.topics.assign(topics.begin(), topics.end());
@@ -201,7 +203,7 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings) {
   if (Status opened = impl->open_feed(); !opened) return opened.error();
   Impl& parts = *impl;
   parts.site.emplace(settings.access, Site::Parts{parts.hub, *parts.reads, *parts.changes, *parts.takes,
-                                                  *parts.preflight, parts.run_here()});
+                                                  *parts.preflight, *parts.imports, parts.run_here()});
   parts.shared.emplace(
       Shared{*parts.site, parts.hub, from_s(settings.timeout_s), [&parts] { parts.feed->want(parts.hub.topics()); }});
   return std::unique_ptr<Server>(new Server(std::move(impl)));
@@ -215,7 +217,8 @@ std::string Server::address() const {
 }
 
 bool Server::waits() const {
-  return impl_->reads->is_busy() || impl_->changes->is_busy() || impl_->preflight->is_busy() || impl_->takes->is_busy();
+  return impl_->reads->is_busy() || impl_->changes->is_busy() || impl_->preflight->is_busy() ||
+         impl_->takes->is_busy() || impl_->imports->is_busy();
 }
 
 void Server::run() {

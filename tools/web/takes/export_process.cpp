@@ -16,6 +16,8 @@
 #include <cstring>
 #include <utility>
 
+#include "web/work_folder.h"
+
 namespace mocap::web {
 namespace {
 
@@ -23,29 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxWords_bytes = 4096;  // of what the command says
 constexpr int kLook_ms = 200;
-
-/// A new folder for one file, removed with its content.
-class WorkFolder {
- public:
-  WorkFolder() {
-    std::error_code error;
-    path_ = (fs::temp_directory_path(error) / "mocap-web-XXXXXX").string();
-    made_ = ::mkdtemp(path_.data()) != nullptr;
-  }
-  ~WorkFolder() {
-    std::error_code error;
-    if (made_) fs::remove_all(path_, error);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-
-  bool made() const { return made_; }
-  fs::path path() const { return path_; }
-
- private:
-  std::string path_;
-  bool made_ = false;
-};
 
 struct Process {
   pid_t id = -1;

@@ -6,6 +6,8 @@ import { CameraTile, blobsOf, cameraLevel, cameraWord } from "../parts/camera_ti
 import { GreyHistogram } from "../parts/grey_histogram";
 import { useCameras } from "../parts/hooks";
 import { LevelPill } from "../parts/level_mark";
+import { MaskOverlay } from "../parts/mask_overlay";
+import { MaskPanel, MaskTools, useMaskDraft } from "../parts/mask_panel";
 import { BlobLegend, SceneLegend } from "../parts/scene_legend";
 import { OrderButton, OutcomeLine, Panel, Toggle } from "../parts/small";
 import type { CameraView } from "../model/camera_view";
@@ -106,19 +108,6 @@ function Exposure({ name }: { name: string }): JSX.Element {
   );
 }
 
-function Mask({ name }: { name: string }): JSX.Element {
-  const [outcome, setOutcome] = useState<Outcome | null>(null);
-  return (
-    <Panel title="Mask">
-      <div class="stack">
-        <p class="soft">Masks what is bright now: lamps, reflections, other cameras. Nobody may be in the volume.</p>
-        <OrderButton text="Learn mask" disabled={!mayChange.value} run={async () => setOutcome(await order("mask", { camera: name }))} />
-        <OutcomeLine outcome={outcome} />
-      </div>
-    </Panel>
-  );
-}
-
 function details(state: CameraHealth): [string, string][] {
   const degrees = (rad: number | undefined) => (rad === undefined ? undefined : (rad * 180) / Math.PI);
   return [
@@ -138,19 +127,25 @@ function details(state: CameraHealth): [string, string][] {
 
 function One({ camera, index }: { camera: CameraView; index: number }): JSX.Element {
   const [greys, setGreys] = useState<Float32Array | null>(null);
+  const masks = useMaskDraft(camera.name);
   const state = healthOf(camera.name);
   const blobs = blobsOf(index);
   return (
     <div class="large">
       <div class="stack">
         <article class="panel tile">
-          <CameraPicture camera={camera} images onGreys={setGreys} />
+          <CameraPicture camera={camera} images onGreys={setGreys}
+            over={(width_px, height_px) => (
+              <MaskOverlay width_px={width_px} height_px={height_px} drawn={masks.drawn} learnt={masks.inForce?.learnt ?? []} marked={masks.marked} tool={masks.tool}
+                add={(polygon) => masks.setDrawn([...masks.drawn, polygon])} />
+            )} />
           <div class="about">
             <header><h2>{camera.name}</h2><LevelPill level={cameraLevel(state)} text={cameraWord(state)} /></header>
             <div class="figures">
               <span>{camera.width_px} × {camera.height_px} px</span><span>{blobs === null ? kUnknown : blobs} blobs</span>
               <span>{fixed(state?.rateHz, 1, "Hz")}</span><span>{percent(state?.markerShare)} used</span>
             </div>
+            <MaskTools camera={camera.name} draft={masks} />
             {state?.lastError && <p class="bad">{state.lastError}</p>}
           </div>
         </article>
@@ -159,7 +154,7 @@ function One({ camera, index }: { camera: CameraView; index: number }): JSX.Elem
       <div class="stack">
         <Panel title="Brightness"><GreyHistogram greys={greys} threshold_grey={state?.thresholdGrey} /></Panel>
         <Exposure name={camera.name} />
-        <Mask name={camera.name} />
+        <MaskPanel camera={camera.name} draft={masks} />
         <Panel title="Figures">
           {!state && <p class="soft">No health has arrived yet.</p>}
           <dl class="facts-small">{state && details(state).map(([name, value]) => [<dt key={name}>{name}</dt>, <dd key={`${name}-value`}>{value}</dd>])}</dl>

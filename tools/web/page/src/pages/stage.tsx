@@ -7,7 +7,7 @@ import { SubjectCard, stateOf } from "../parts/subject_card";
 import { fixed } from "../model/format";
 import { phaseText, sceneSummary } from "../model/summary";
 import { description, snapshot } from "../state/live";
-import { stripImages } from "../state/stage_options";
+import { raysInWords, stripImages } from "../state/stage_options";
 
 /** What the picture shows, as text and as a table. */
 function InWords(): JSX.Element {
@@ -16,6 +16,7 @@ function InWords(): JSX.Element {
     <details class="panel details">
       <summary>What the picture shows, in words and numbers</summary>
       <p>{sceneSummary(description.value, snapshot.value)}</p>
+      {raysInWords.value && <p>{raysInWords.value}</p>}
       <div class="table-box" tabIndex={0} role="region" aria-label="Position of each subject">
         <table>
           <thead><tr><th>Subject</th><th>State</th><th class="number">Forward x</th><th class="number">Left y</th><th class="number">Up z</th></tr></thead>

@@ -5,7 +5,8 @@ import { type LabelledMarkers, MarkerState } from "../../gen/mocap/v1/snapshot_p
 import { age, fixed, kUnknown } from "../model/format";
 import { phaseText } from "../model/summary";
 import { LevelMark, LevelPill } from "../parts/level_mark";
-import { Command, OrderButton, OutcomeLine, Panel } from "../parts/small";
+import { C3dImport } from "../parts/c3d_import";
+import { OrderButton, OutcomeLine, Panel } from "../parts/small";
 import { SubjectCard, Swatch, searchOf, stateOf, subjectLevel } from "../parts/subject_card";
 import { description, markers, mayChange, now_ms } from "../state/live";
 import { type Outcome, order, subjectOrder } from "../state/orders";
@@ -113,8 +114,6 @@ function Add(): JSX.Element {
         <datalist id="marker-sets">{kShipped.map((shipped) => <option key={shipped} value={`${kShippedFolder}/${shipped}.toml`} />)}</datalist>
         <button class="button primary" type="submit" disabled={!mayChange.value || !name.trim() || !set.trim()}>Add</button>
         <OutcomeLine outcome={outcome} />
-        <p class="faint">A marker set from a C3D file:</p>
-        <Command text="mocapctl subject import --help" />
       </form>
     </Panel>
   );
@@ -137,6 +136,7 @@ export function SubjectsPage(): JSX.Element {
       <div class="stack">
         {subjects.length > 1 && <Panel title="All subjects">{subjects.map((subject, i) => <SubjectCard key={subject.name} subject={subject} index={i} />)}</Panel>}
         <Add />
+        <C3dImport />
       </div>
     </div>
   );

@@ -1,6 +1,6 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { PreviewSchema } from "../../gen/mocap/v1/preview_pb";
+import { type Preview, PreviewSchema } from "../../gen/mocap/v1/preview_pb";
 import { blobUses } from "../model/blob_use";
 import type { CameraView } from "../model/camera_view";
 import { sceneFrame } from "../model/scene_frame";
@@ -12,11 +12,11 @@ const kDrawEvery_ms = 100;
 const kNoImage_ms = 2000;
 
 /** Draws previews while they come. Returns the function that ends it. */
-function followPreviews(view: CameraCanvas, camera: CameraView, arrived: () => void): () => void {
+function followPreviews(view: CameraCanvas, camera: CameraView, arrived: (preview: Preview) => void): () => void {
   return onTopic(`preview/${camera.name}`, (payload) => {
     const preview = decode(PreviewSchema, payload);
     if (!preview || preview.xPx.length !== preview.yPx.length) return;
-    arrived();
+    arrived(preview);
     const set = recent.near(preview.exposedAtNs);
     const frame = set && description.peek() ? sceneFrame(description.peek()!, set.snapshot, null) : null;
     void view.showPreview(preview, blobUses({ x_px: preview.xPx, y_px: preview.yPx }, camera, frame, set?.apart_ms));
@@ -34,13 +34,22 @@ function followMarkers(view: CameraCanvas, skip: () => boolean): () => void {
   });
 }
 
-/** `onGreys`: called twice a second with the histogram of the preview, if there is one. */
-export function CameraPicture({ camera, images, onGreys }: { camera: CameraView; images: boolean; onGreys?(greys: Float32Array | null): void }): JSX.Element {
+interface Parts {
+  camera: CameraView;
+  images: boolean;
+  /** Called twice a second with the histogram of the preview, if there is one. */
+  onGreys?(greys: Float32Array | null): void;
+  /** Lies over the picture; called with the size of the camera's image once it is known. */
+  over?(width_px: number, height_px: number): JSX.Element;
+}
+
+export function CameraPicture({ camera, images, onGreys, over }: Parts): JSX.Element {
   const box = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const view = useRef<CameraCanvas | null>(null);
   const seen = useSeen(box);
   const [hasImage, setHasImage] = useState(false);
+  const [size, setSize] = useState<[number, number]>([camera.width_px, camera.height_px]);
   useTheme(() => view.current?.recolour());
   useEffect(() => {
     if (!seen) return undefined;
@@ -53,7 +62,10 @@ export function CameraPicture({ camera, images, onGreys }: { camera: CameraView;
       onGreys?.(fresh() ? made.greys() : null);
     }, kNoImage_ms / 4);
     const ends = [followMarkers(made, fresh)];
-    if (images) ends.push(followPreviews(made, camera, () => (imageAt_ms = performance.now())));
+    if (images) ends.push(followPreviews(made, camera, ({ widthPx, heightPx }) => {
+      imageAt_ms = performance.now();
+      setSize((before) => (before[0] === widthPx && before[1] === heightPx ? before : [widthPx, heightPx]));
+    }));
     return () => {
       window.clearInterval(watch);
       for (const end of ends) end();
@@ -65,6 +77,7 @@ export function CameraPicture({ camera, images, onGreys }: { camera: CameraView;
   return (
     <div class="picture always-dark" ref={box}>
       <canvas ref={canvas} role="img" aria-label={`${hasImage ? "Image" : "Markers as seen"} by camera ${camera.name}`} />
+      {over && size[0] > 0 && size[1] > 0 && over(...size)}
       {note && <span class="note">{note}</span>}
     </div>
   );

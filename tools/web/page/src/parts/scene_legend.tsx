@@ -2,8 +2,9 @@ import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
 import type { BlobUse } from "../model/blob_use";
 import type { DrawnState } from "../model/scene_frame";
+import { kEnlarged, kSigmas } from "../model/sightings";
 import { clearedContext } from "../view/canvas_size";
-import { drawBlob, drawMark } from "../view/marks";
+import { drawBlob, drawMark, drawRay, drawSpread } from "../view/marks";
 import { type Palette, readPalette } from "../view/palette";
 import { useTheme } from "./hooks";
 
@@ -21,12 +22,18 @@ const states: { state: DrawnState; text: string }[] = [
   { state: "measured", text: "measured" }, { state: "filled", text: "filled in" }, { state: "unlabelled", text: "no label" }, { state: "missing", text: "expected, not seen" },
 ];
 
-export function SceneLegend(): JSX.Element {
+const sightings: { text: string; draw(context: CanvasRenderingContext2D, palette: Palette): void }[] = [
+  { text: "ray of a camera that saw the marker", draw: drawRay },
+  { text: `position within ${kSigmas} σ, ${kEnlarged} times as large; filled in: true size`, draw: drawSpread },
+];
+
+export function SceneLegend({ rays = false }: { rays?: boolean }): JSX.Element {
   return (
     <ul class="legend" aria-label="Marks of markers">
       {states.map(({ state, text }) => (
         <li key={state}><Sample draw={(context, palette) => drawMark(context, [8, 8], state, 4, palette, 0)} />{text}</li>
       ))}
+      {rays && sightings.map(({ text, draw }) => <li key={text}><Sample draw={draw} />{text}</li>)}
     </ul>
   );
 }

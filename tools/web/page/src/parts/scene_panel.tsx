@@ -5,9 +5,10 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { CameraView } from "../model/camera_view";
 import { sceneFrame } from "../model/scene_frame";
+import { readSightings, sightingSummary } from "../model/sightings";
 import { sceneSummary } from "../model/summary";
 import { liveSource, type SceneSource } from "../state/scene_source";
-import { followNext, kSwitches, selected, stageOptions, toggle, topView } from "../state/stage_options";
+import { followNext, kSwitches, raysInWords, selected, stageOptions, toggle, topView } from "../state/stage_options";
 import type { SceneView } from "../view/scene_view";
 import { StageView } from "../view/stage_view";
 import { TopView } from "../view/top_view";
@@ -50,12 +51,37 @@ function useView(source: SceneSource, view: { current: SceneView | null }, camer
   useTheme(() => view.current?.recolour());
 }
 
+const kWords_ms = 1000;
+
+/** Draws the sightings while the rays are on; otherwise the daemon makes none. */
+function useSightings(source: SceneSource, view: { current: SceneView | null }, cameras: CameraView[], made: unknown): void {
+  const on = stageOptions.value.rays;
+  useEffect(() => {
+    if (!on || !source.onSightings) return undefined;
+    let said_ms = -Infinity;
+    const end = source.onSightings((received) => {
+      if (received.descriptionVersion !== source.description.peek()?.version) return;
+      const sightings = readSightings(received, cameras.length);
+      view.current?.sight(sightings);
+      const now = performance.now();
+      if (now - said_ms < kWords_ms) return;
+      said_ms = now;
+      raysInWords.value = sightingSummary(sightings);
+    });
+    return () => {
+      end();
+      view.current?.sight([]);
+      raysInWords.value = "";
+    };
+  }, [on, source, cameras, made]);
+}
+
 function Tools({ source, flat, noWebGl, fit }: { source: SceneSource; flat: boolean; noWebGl: boolean; fit(): void }): JSX.Element {
   const subjects = source.description.value?.subjects ?? [];
   const followed = stageOptions.value.follow === null ? null : subjects[stageOptions.value.follow];
   return (
     <div class="tools" role="toolbar" aria-label="View">
-      {kSwitches.filter(({ name }) => !flat || name === "cameras" || name === "names").map(({ name, text, hint }) => (
+      {kSwitches.filter(({ name }) => (name === "rays" ? source.onSightings : !flat || name === "cameras" || name === "names")).map(({ name, text, hint }) => (
         <Toggle key={name} text={text} hint={hint} on={stageOptions.value[name]} set={() => toggle(name)} />
       ))}
       <Toggle text={followed ? `Follow ${followed.name}` : "Follow"} hint="Keeps a subject in the centre; again for the next one (F)" on={followed !== null}
@@ -86,8 +112,9 @@ export function ScenePanel({ plain = false, source = liveSource }: { plain?: boo
     };
   }, [flat]);
   useView(source, view, cameras, flat);
+  useSightings(source, view, cameras, flat);
   useKeys(() => [
-    ...kSwitches.map(({ name, key, hint }) => ({ key, shown: key.toUpperCase(), does: hint.replace(/ \(.\)$/, ""), run: () => toggle(name) })),
+    ...kSwitches.filter(({ name }) => name !== "rays" || source.onSightings).map(({ name, key, hint }) => ({ key, shown: key.toUpperCase(), does: hint.replace(/ \(.\)$/, ""), run: () => toggle(name) })),
     { key: "f", shown: "F", does: "Follow the next subject", run: () => followNext(source.description.peek()?.subjects.length ?? 0) },
     { key: "0", shown: "0", does: "Show the whole volume", run: () => view.current?.fit() },
     { key: "p", shown: "P", does: "Top view or three dimensions", run: () => (topView.value = !topView.peek()) },
@@ -99,7 +126,7 @@ export function ScenePanel({ plain = false, source = liveSource }: { plain?: boo
       <canvas key={flat ? "flat" : "deep"} ref={canvas} role="img" aria-label={sceneSummary(source.description.value, source.snapshot.value)} />
       <canvas ref={overlay} class="overlay" aria-hidden="true" />
       {!plain && <Tools source={source} flat={flat} noWebGl={noWebGl} fit={() => view.current?.fit()} />}
-      {!plain && <SceneLegend />}
+      {!plain && <SceneLegend rays={stageOptions.value.rays && source.onSightings !== undefined} />}
     </figure>
   );
 }

@@ -65,3 +65,21 @@ export function drawBlob(context: Context, at: Place, use: BlobUse, radius: numb
     context.fill();
   }
 }
+
+/** Samples for the legend: a ray, and the ellipse of a covariance. */
+export function drawRay(context: Context, palette: Palette): void {
+  context.strokeStyle = subjectColour(palette, 0);
+  context.beginPath();
+  context.moveTo(1, 14);
+  context.lineTo(15, 2);
+  context.stroke();
+}
+
+export function drawSpread(context: Context, palette: Palette): void {
+  context.fillStyle = subjectColour(palette, 0);
+  context.globalAlpha = 0.5;
+  context.beginPath();
+  context.ellipse(8, 8, 7, 4, -0.5, 0, 2 * Math.PI);
+  context.fill();
+  context.globalAlpha = 1;
+}

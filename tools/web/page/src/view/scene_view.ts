@@ -2,6 +2,7 @@
 
 import type { CameraView } from "../model/camera_view";
 import type { SceneFrame } from "../model/scene_frame";
+import type { Sighting } from "../model/sightings";
 
 export interface SceneOptions {
   cameras: boolean;
@@ -10,6 +11,8 @@ export interface SceneOptions {
   names: boolean;
   /** The volume that at least three cameras see. */
   volume: boolean;
+  /** Rays of the cameras to the markers, and the covariances of the markers. */
+  rays: boolean;
   /** Index of the subject that stays in the centre; null: none. */
   follow: number | null;
 }
@@ -37,6 +40,8 @@ export interface SceneView {
   setOptions(options: SceneOptions): void;
   select(selected: Selected | null): void;
   show(frame: SceneFrame): void;
+  /** Drawn with the next frame; empty: none, at once. */
+  sight(sightings: Sighting[]): void;
   /** Moves the view so that cameras and subjects are in the picture. */
   fit(): void;
   /** Colours of the page changed. */

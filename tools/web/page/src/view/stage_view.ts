@@ -1,17 +1,20 @@
 // The volume in three dimensions, drawn with WebGL. Draws only when a snapshot came or the view moved.
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, GridHelper, InstancedMesh, LineBasicMaterial,
-  LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, OctahedronGeometry, PerspectiveCamera, Quaternion, Scene,
-  SphereGeometry, BoxGeometry, TorusGeometry, Vector3, WebGLRenderer,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, GridHelper, InstancedMesh, LineBasicMaterial, LineSegments,
+  type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, OctahedronGeometry, PerspectiveCamera, Quaternion, Scene, SphereGeometry,
+  BoxGeometry, TorusGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import type { CameraView, Vec3 } from "../model/camera_view";
+import type { Vec3 } from "../model/camera_view";
 import type { DrawnMarker, DrawnState, SceneFrame } from "../model/scene_frame";
 import { seenVolume } from "../model/seen_volume";
+import { ofSelected, type Sighting } from "../model/sightings";
 import { boxSize, clearedContext } from "./canvas_size";
 import { type Palette, readPalette, subjectColour } from "./palette";
 import type { SceneContent, SceneOptions, SceneView, Selected } from "./scene_view";
+import { SightingMarks } from "./sighting_marks";
+import { boneGeometry, emptyLines, finish, finishLines, frustumLines, instances, replaceLines } from "./stage_shapes";
 import { Trails } from "./trails";
 
 const kMaxMarkers = 1024;
@@ -19,7 +22,6 @@ const kMaxBones = 2048;
 // Forty of each marker of sixteen subjects.
 const kMaxTrailLines = 40 * 656;
 const kMarkerRadius_m = 0.018;
-const kFrustum_m = 0.45;
 const kFollowShare = 0.15;
 const kPick_px = 14;
 // Without a graphics processor a picture costs the processor some 50 ms, which other programs on this machine need.
@@ -40,10 +42,12 @@ export class StageView implements SceneView {
   private readonly trails = new Trails();
   private readonly frusta = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true }));
   private readonly volume = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.07, side: DoubleSide, depthWrite: false }));
+  private readonly sightingMarks = new SightingMarks();
+  private sightings: Sighting[] = [];
   private grid: GridHelper | null = null;
   private palette: Palette = readPalette();
   private content: SceneContent = { cameras: [], troubled: new Set(), names: { subjects: [], markers: [] } };
-  private options: SceneOptions = { cameras: true, trails: false, names: false, volume: false, follow: null };
+  private options: SceneOptions = { cameras: true, trails: false, names: false, volume: false, rays: false, follow: null };
   private selected: Selected | null = null;
   private frame: SceneFrame | null = null;
   private readonly drawEvery_ms: number;
@@ -78,7 +82,7 @@ export class StageView implements SceneView {
     for (const lines of [this.trailLines, this.frusta]) lines.frustumCulled = false;
     const sun = new DirectionalLight(0xffffff, 2.2);
     sun.position.set(2, -3, 6);
-    this.scene.add(new AmbientLight(0xffffff, 1.6), sun, ...Object.values(this.markers), this.bones, this.trailLines, this.frusta, this.volume);
+    this.scene.add(new AmbientLight(0xffffff, 1.6), sun, ...Object.values(this.markers), this.bones, this.trailLines, this.frusta, this.volume, this.sightingMarks.group);
     this.recolour();
 
     this.resizeWatch = new ResizeObserver(this.schedule);
@@ -114,6 +118,11 @@ export class StageView implements SceneView {
     if (!this.fitted && frame.roots_m.some((root) => root !== null)) this.fit();
     this.follow(frame);
     this.draw();
+  }
+
+  sight(sightings: Sighting[]): void {
+    this.sightings = sightings;
+    if (sightings.length === 0) this.schedule();
   }
 
   fit(): void {
@@ -156,6 +165,7 @@ export class StageView implements SceneView {
       (mesh.material as Material).dispose();
       if (mesh instanceof InstancedMesh) mesh.dispose();
     }
+    this.sightingMarks.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
   }
@@ -184,6 +194,7 @@ export class StageView implements SceneView {
       this.eye.updateProjectionMatrix();
     }
     if (this.frame) this.place(this.frame);
+    this.sightingMarks.show(ofSelected(this.sightings, this.selected), this.content.cameras, this.palette);
     this.renderer.render(this.scene, this.eye);
     this.drawNames();
   }
@@ -265,12 +276,7 @@ export class StageView implements SceneView {
       }
     }
     this.trailLines.visible = vertex > 0;
-    this.trailLines.geometry.setDrawRange(0, vertex);
-    for (const column of [points, colours]) {
-      column.clearUpdateRanges();
-      column.addUpdateRange(0, 3 * vertex);
-      column.needsUpdate = true;
-    }
+    finishLines(this.trailLines, vertex);
   }
 
   private drawFrusta(): void {
@@ -356,59 +362,4 @@ function rendererName(renderer: WebGLRenderer): string {
   const context = renderer.getContext();
   const info = context.getExtension("WEBGL_debug_renderer_info");
   return String(context.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : context.RENDERER));
-}
-
-function instances(geometry: BufferGeometry, material: Material, count: number): InstancedMesh {
-  const mesh = new InstancedMesh(geometry, material, count);
-  mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-  mesh.setColorAt(0, new Color());
-  mesh.frustumCulled = false;
-  mesh.count = 0;
-  return mesh;
-}
-
-function finish(mesh: InstancedMesh, count: number): void {
-  mesh.count = count;
-  mesh.instanceMatrix.clearUpdateRanges();
-  mesh.instanceMatrix.addUpdateRange(0, 16 * count);
-  mesh.instanceMatrix.needsUpdate = true;
-  if (!mesh.instanceColor) return;
-  mesh.instanceColor.clearUpdateRanges();
-  mesh.instanceColor.addUpdateRange(0, 3 * count);
-  mesh.instanceColor.needsUpdate = true;
-}
-
-function emptyLines(count: number): BufferGeometry {
-  const column = () => new BufferAttribute(new Float32Array(6 * count), 3).setUsage(DynamicDrawUsage);
-  return new BufferGeometry().setAttribute("position", column()).setAttribute("color", column());
-}
-
-/** A four-sided double pyramid from the origin to z = 1, widest near its joint. */
-function boneGeometry(): BufferGeometry {
-  const geometry = new OctahedronGeometry(1).toNonIndexed();
-  const position = geometry.getAttribute("position") as BufferAttribute;
-  for (let i = 0; i < position.count; i++) {
-    const y = position.getY(i);
-    position.setXYZ(i, position.getX(i), position.getZ(i), y > 0.5 ? 1 : y < -0.5 ? 0 : 0.18);
-  }
-  // The swap of two axes mirrors the shape: turn each triangle round.
-  const array = position.array as Float32Array;
-  for (let i = 0; i < array.length; i += 9) for (let k = 0; k < 3; k++) [array[i + 3 + k], array[i + 6 + k]] = [array[i + 6 + k], array[i + 3 + k]];
-  geometry.computeVertexNormals();
-  return geometry;
-}
-
-function replaceLines(lines: LineSegments, points: number[], colours: number[]): void {
-  lines.geometry.dispose();
-  lines.geometry = new BufferGeometry()
-    .setAttribute("position", new BufferAttribute(new Float32Array(points), 3))
-    .setAttribute("color", new BufferAttribute(new Float32Array(colours), 3));
-}
-
-function frustumLines(camera: CameraView): [Vec3, Vec3][] {
-  if (!camera.calibrated) return [];
-  const right = camera.width_px - 0.5;
-  const bottom = camera.height_px - 0.5;
-  const corners = ([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]] as const).map(([u, v]) => camera.unproject(u, v, kFrustum_m));
-  return corners.flatMap((corner, i) => [[camera.centre_m, corner], [corner, corners[(i + 1) % 4]]] as [Vec3, Vec3][]);
 }

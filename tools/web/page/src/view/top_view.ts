@@ -2,6 +2,7 @@
 
 import type { Vec3 } from "../model/camera_view";
 import type { SceneFrame } from "../model/scene_frame";
+import { ellipseFromAbove, enlargement, ofSelected, type Sighting } from "../model/sightings";
 import { clearedContext } from "./canvas_size";
 import { drawMark } from "./marks";
 import { type Palette, readPalette, subjectColour } from "./palette";
@@ -12,9 +13,10 @@ const kBorder = 0.9;
 export class TopView implements SceneView {
   private palette: Palette = readPalette();
   private content: SceneContent = { cameras: [], troubled: new Set(), names: { subjects: [], markers: [] } };
-  private options: SceneOptions = { cameras: true, trails: false, names: false, volume: false, follow: null };
+  private options: SceneOptions = { cameras: true, trails: false, names: false, volume: false, rays: false, follow: null };
   private selected: Selected | null = null;
   private frame: SceneFrame | null = null;
+  private sightings: Sighting[] = [];
   private readonly resizeWatch = new ResizeObserver(() => this.draw());
 
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -39,6 +41,11 @@ export class TopView implements SceneView {
   show(frame: SceneFrame): void {
     this.frame = frame;
     this.draw();
+  }
+
+  sight(sightings: Sighting[]): void {
+    this.sightings = sightings;
+    if (sightings.length === 0) this.draw();
   }
 
   fit(): void {
@@ -68,6 +75,7 @@ export class TopView implements SceneView {
     context.textAlign = "center";
     if (this.options.cameras) this.drawCameras(context, at);
     if (!this.frame) return;
+    for (const sighting of ofSelected(this.sightings, this.selected)) this.drawSighting(context, at, scale, sighting);
     for (const bone of this.frame.bones) {
       context.strokeStyle = subjectColour(this.palette, bone.subject);
       context.lineWidth = bone.filled ? 1.5 : 3;
@@ -105,6 +113,23 @@ export class TopView implements SceneView {
       const [u, v] = at(camera.centre_m);
       context.fillText(camera.name, u, v - 6);
     }
+  }
+
+  private drawSighting(context: CanvasRenderingContext2D, at: (point: Vec3) => [number, number], scale: number, sighting: Sighting): void {
+    context.strokeStyle = context.fillStyle = sighting.subject < 0 ? this.palette.unlabelled : subjectColour(this.palette, sighting.subject);
+    context.globalAlpha = 0.35;
+    context.lineWidth = 1;
+    for (const camera of sighting.cameras) {
+      if (this.content.cameras[camera]?.calibrated) line(context, at(this.content.cameras[camera].centre_m), at(sighting.at_m));
+    }
+    if (sighting.spread_m) {
+      const { long, short, turn_rad } = ellipseFromAbove(sighting.spread_m);
+      const size = scale * enlargement(sighting);
+      context.beginPath();
+      context.ellipse(...at(sighting.at_m), size * long, size * short, turn_rad, 0, 2 * Math.PI);
+      context.fill();
+    }
+    context.globalAlpha = 1;
   }
 
   private write(context: CanvasRenderingContext2D, text: string, [u, v]: [number, number], above_px = 8): void {

@@ -1,4 +1,4 @@
-#include "settings/rig/learnt_masks.h"
+#include "settings/rig/rig_masks.h"
 
 #include <fmt/format.h>
 
@@ -22,13 +22,13 @@ const CameraModel* find(const Rig& rig, const std::string& name) {
   return found == rig.end() ? nullptr : &*found;
 }
 
-TextEdit edit_of(const toml::table& table, const CameraModel& camera, const std::string& text, const LineIndex& lines) {
-  const std::span<const MaskPolygon> masks(camera.learnt_masks);
-  const std::string line = masks.empty() ? "" : fmt::format("{} = {}", kLearntMask, mask_text(masks));
+TextEdit edit_of(const toml::table& table, std::span<const MaskPolygon> masks, const char* masks_key,
+                 const std::string& text, const LineIndex& lines) {
+  const std::string line = masks.empty() ? "" : fmt::format("{} = {}", masks_key, mask_text(masks));
   toml::source_position last = table.source().begin;  // the header
   for (const auto& [key, node] : table) {
     const auto end = node.source().end;
-    if (key.str() == kLearntMask) {
+    if (key.str() == masks_key) {
       const std::size_t begin = offset_in(lines, key.source().begin);
       const std::size_t behind = offset_in(lines, end);
       return {begin, masks.empty() ? lines.next_line(behind) : behind, line};
@@ -41,17 +41,17 @@ TextEdit edit_of(const toml::table& table, const CameraModel& camera, const std:
   return {at, at, (open_end ? "\n" : "") + line + "\n"};
 }
 
-// The file without the learned masks: the part that the edit must not change.
-toml::table rest_of(toml::table root) {
+// The file without these masks: the part that the edit must not change.
+toml::table rest_of(toml::table root, const char* masks_key) {
   for (auto&& [key, node] : root) {
-    if (toml::table* table = node.as_table()) table->erase(kLearntMask);
+    if (toml::table* table = node.as_table()) table->erase(masks_key);
   }
   return root;
 }
 
 }  // namespace
 
-Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
+Status save_masks(const std::filesystem::path& path, const Rig& rig, const MaskKind& kind) {
   const Result<std::string, Fault> read = read_text(path);
   if (!read) return Error{ErrorCode::Io, to_text(read.error())};
   const std::string& text = *read;
@@ -68,10 +68,10 @@ Status save_learnt_masks(const std::filesystem::path& path, const Rig& rig) {
         return Error{ErrorCode::InvalidArgument, fmt::format("{}: camera '{}' stands in braces, expected a table [{}]",
                                                              path.string(), camera->name, camera->name)};
       }
-      edits.push_back(edit_of(*table, *camera, text, lines));
+      edits.push_back(edit_of(*table, camera->*kind.of, kind.key, text, lines));
     }
     const std::string result = edited(text, std::move(edits));
-    if (rest_of(toml::parse(result, path.string())) != rest_of(root)) {
+    if (rest_of(toml::parse(result, path.string()), kind.key) != rest_of(root, kind.key)) {
       return Error{
           ErrorCode::InvalidArgument,
           fmt::format("{} cannot be edited without harm to the rest; write it with a table [name] a camera and "

@@ -1,4 +1,4 @@
-#include "settings/rig/learnt_masks.h"
+#include "settings/rig/rig_masks.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +9,7 @@
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
-namespace learnt_masks_test {
+namespace rig_masks_test {
 
 using testing::HasSubstr;
 
@@ -55,7 +55,7 @@ class LearntMasks : public testing::Test {
 };
 
 TEST_F(LearntMasks, AreReadBackAndEveryOtherByteIsKept) {
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp, kDoor}), camera("east", {kDoor})}));
+  ASSERT_TRUE(save_masks(path_, {camera("west", {kLamp, kDoor}), camera("east", {kDoor})}, kLearntMasks));
 
   const auto rig = load_rig(path_);
   ASSERT_TRUE(rig) << to_text(rig.error());
@@ -74,23 +74,23 @@ TEST_F(LearntMasks, AreReadBackAndEveryOtherByteIsKept) {
 }
 
 TEST_F(LearntMasks, ReplaceThoseLearnedBefore) {
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp, kDoor}), camera("east", {kDoor})}));
+  ASSERT_TRUE(save_masks(path_, {camera("west", {kLamp, kDoor}), camera("east", {kDoor})}, kLearntMasks));
   const std::string first = text_of(path_);
 
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kDoor})}));
+  ASSERT_TRUE(save_masks(path_, {camera("west", {kDoor})}, kLearntMasks));
   const auto rig = load_rig(path_);
   ASSERT_TRUE(rig) << to_text(rig.error());
   EXPECT_EQ((*rig)[0].learnt_masks.size(), 1U);
   EXPECT_EQ((*rig)[1].learnt_masks.size(), 1U) << "a camera that is not named keeps its own";
 
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp, kDoor})}));
+  ASSERT_TRUE(save_masks(path_, {camera("west", {kLamp, kDoor})}, kLearntMasks));
   EXPECT_EQ(text_of(path_), first);
 }
 
 TEST_F(LearntMasks, AreRemovedFromTheFileIfThereAreNone) {
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {kLamp}), camera("east", {kDoor})}));
+  ASSERT_TRUE(save_masks(path_, {camera("west", {kLamp}), camera("east", {kDoor})}, kLearntMasks));
 
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("west", {}), camera("east", {})}));
+  ASSERT_TRUE(save_masks(path_, {camera("west", {}), camera("east", {})}, kLearntMasks));
 
   EXPECT_EQ(text_of(path_), kRig);
 }
@@ -100,7 +100,7 @@ TEST_F(LearntMasks, AreWrittenIntoAFileThatEndsWithoutANewline) {
                 "[east]\nsize = [1, 1]\nmatrix = [[1.0, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
                 "rotation = [0, 0, 0]\ntranslation = [0, 0, 3]");
 
-  ASSERT_TRUE(save_learnt_masks(path_, {camera("east", {kDoor})}));
+  ASSERT_TRUE(save_masks(path_, {camera("east", {kDoor})}, kLearntMasks));
 
   const auto rig = load_rig(path_);
   ASSERT_TRUE(rig) << to_text(rig.error());
@@ -110,15 +110,34 @@ TEST_F(LearntMasks, AreWrittenIntoAFileThatEndsWithoutANewline) {
 TEST_F(LearntMasks, AreNotWrittenIntoAFileThatCannotBeEdited) {
   const std::string braces = "east = { size = [1, 1] }\n";
   folder_.write("rig.toml", braces);
-  const Status in_braces = save_learnt_masks(path_, {camera("east", {kDoor})});
+  const Status in_braces = save_masks(path_, {camera("east", {kDoor})}, kLearntMasks);
   ASSERT_FALSE(in_braces);
   EXPECT_THAT(in_braces.error().message, HasSubstr("camera 'east' stands in braces, expected a table [east]"));
   EXPECT_EQ(text_of(path_), braces);
 
   folder_.write("rig.toml", "[east\n");
-  EXPECT_FALSE(save_learnt_masks(path_, {camera("east", {kDoor})}));
-  EXPECT_FALSE(save_learnt_masks(folder_.path() / "none.toml", {camera("east", {kDoor})}));
+  EXPECT_FALSE(save_masks(path_, {camera("east", {kDoor})}, kLearntMasks));
+  EXPECT_FALSE(save_masks(folder_.path() / "none.toml", {camera("east", {kDoor})}, kLearntMasks));
 }
 
-}  // namespace learnt_masks_test
+TEST_F(LearntMasks, StayWhenMasksAreDrawn) {
+  ASSERT_TRUE(save_masks(path_, {camera("east", {kDoor})}, kLearntMasks));
+  CameraModel drawn;
+  drawn.name = "east";
+  drawn.masks = {kLamp};
+  const std::string before = text_of(path_);
+
+  ASSERT_TRUE(save_masks(path_, {drawn}, kDrawnMasks));
+
+  const auto rig = load_rig(path_);
+  ASSERT_TRUE(rig) << to_text(rig.error());
+  EXPECT_EQ((*rig)[0].masks.size(), 1U) << "a camera that is not named keeps its own";
+  EXPECT_EQ((*rig)[1].masks[0][2].v, Eigen::Vector2d(30.0, 40.5));
+  EXPECT_EQ((*rig)[1].learnt_masks.size(), 1U);
+  drawn.masks.clear();
+  ASSERT_TRUE(save_masks(path_, {drawn}, kDrawnMasks));
+  EXPECT_EQ(text_of(path_), before);
+}
+
+}  // namespace rig_masks_test
 }  // namespace mocap::settings
