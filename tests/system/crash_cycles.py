@@ -192,6 +192,7 @@ def main():
         chosen = parser.parse_args()
     except SystemExit as ended:
         return 64 if ended.code else 0
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # ends the daemon, too
     began = time.monotonic()
 
     def progress(number):
