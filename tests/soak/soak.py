@@ -131,6 +131,11 @@ class Soak:
             self.violate(f"{name} ended by itself with {code}; its log is {self.studio.folder}/{name}.log")
             self.studio.start(name)
 
+    def state(self):
+        row, line = self.samples[-1][1], self.steady.line
+        return (f"{row['received']} snapshots a second, {row['drawn']} drawn, {row['packets']} packets, {line['cameras']} cameras, "
+                f"tracking {line['tracking']}")
+
     def is_well(self):
         return self._well_since is not None and self.now_s() - self._well_since >= WELL_S
 
@@ -164,7 +169,7 @@ class Soak:
         if self.run_for(RECOVERY_S, self.is_well):
             fault.recovered_s = self._well_since
         else:
-            self.violate(f"not well {RECOVERY_S} s after {fault.name}: {self.samples[-1][1]} {self.steady.line}")
+            self.violate(f"not well {RECOVERY_S} s after {fault.name}: {self.state()}")
             fault.recovered_s = self.now_s()
         self.run_for(max(1, seconds - (time.monotonic() - began)))
         self.end_take(fault)
@@ -195,7 +200,7 @@ class Soak:
 
     def run(self, seconds, every_s):
         if not self.run_for(RECOVERY_S, self.is_well):
-            self.violate(f"not well {RECOVERY_S} s after the start: {self.samples[-1][1]} {self.steady.line}")
+            self.violate(f"not well {RECOVERY_S} s after the start: {self.state()}")
             return
         while self.now_s() < seconds:
             self.round(every_s)

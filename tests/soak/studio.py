@@ -36,6 +36,7 @@ memory_mb = 8  # is full a minute after the start, so that memory that grows lat
 [[subject]]
 name = "actor"
 marker_set = "{source}/config/markersets/openmocap18.toml"
+keep = "actor.toml"  # a daemon that starts again finds the walking person without a T-pose
 """
 
 CAMERA = """

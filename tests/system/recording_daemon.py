@@ -22,6 +22,11 @@ every_snapshot = true
 send_queue = 1000
 velocities = true
 
+[queues]  # nothing is dropped on a machine with other load
+camera_frames = 1024
+publish_snapshots = 1024
+side_snapshots = 4096
+
 [detect]
 threshold = {threshold}
 
