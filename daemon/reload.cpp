@@ -126,11 +126,12 @@ Status write_ordered_rig(const settings::RigPlaces& places, const Configuration&
 Status save_rig(const Configuration& now, const runtime::MainOrder& order) {
   const auto places = settings::rig_places(*now.settings);
   if (!places) return places.error();
-  const std::optional<std::string> before = settings::written_rig(*places);
+  const Result<std::optional<std::string>> before = settings::written_rig(*places);
+  if (!before) return before.error();
   if (Status written = write_ordered_rig(*places, now, order); !written) return written;
   const auto read = load_checked(now.file, now.state);
   if (read) return {};
-  if (Status undone = settings::undo_rig(*places, before); !undone) return undone;
+  if (Status undone = settings::undo_rig(*places, *before); !undone) return undone;
   return Error{ErrorCode::InvalidArgument, settings::to_text(read.error())};
 }
 

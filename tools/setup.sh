@@ -24,7 +24,9 @@ packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev clang-format clang-tidy shellcheck systemd systemd-container python3-liblo
-  python3-lz4 python3-pip python3-setuptools python3-wheel python3-venv mono-mcs mono-runtime zip
+  python3-lz4 python3-zstandard python3-pip python3-setuptools python3-wheel python3-venv mono-mcs mono-runtime zip
+  # files that fail, and packets that leave the host
+  libfiu-dev fiu-utils nftables
   # the server to which mocap-relay sends, and takes tracked again by a farm
   nats-server slurmctld slurmd slurm-client munge parallel
   # a virtual machine, for a real V4L2 driver

@@ -87,7 +87,8 @@ void AuditWorker::run(const std::stop_token& stop) {
     changed_.wait_for(lock, stop, kTryAgain,
                       [&] { return next_writer_ || (failing_ ? pushed_ != pushed : !waiting_.empty()); });
     take_next_writer();
-    if (writer_ && !waiting_.empty()) write_waiting(lock);
+    // After a flush that failed, nothing may wait: it is tried again, too.
+    if (writer_ && (failing_ || !waiting_.empty())) write_waiting(lock);
   }
   if (writer_ && !waiting_.empty()) write_waiting(lock);
 }

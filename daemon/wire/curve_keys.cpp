@@ -11,8 +11,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <sstream>
+
+#include "base/read_file.h"
 
 namespace mocap::wire {
 namespace {
@@ -25,22 +26,18 @@ Error bad_key_file(const std::filesystem::path& path, std::string_view what) {
 }
 
 Result<std::string> read(const std::filesystem::path& path) {
-  std::error_code fault;
-  const std::uintmax_t size = std::filesystem::file_size(path, fault);
-  std::ifstream in(path);
-  if (fault || !in) {
-    if (path.string().starts_with("$CREDENTIALS_DIRECTORY")) {
-      return Error{ErrorCode::NotFound,
-                   fmt::format("{}: the service manager provides no credentials; add LoadCredential= "
-                               "to the unit, or name a file",
-                               path.string())};
-    }
-    return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read; mocapctl keys makes such files", path.string())};
+  Result<std::string> text = read_file(path, kMostBytes);
+  if (text) return text;
+  if (text.error().code == ErrorCode::InvalidArgument) {
+    return bad_key_file(path, "is larger than 1 MiB, expected a file of mocapctl keys");
   }
-  if (size > kMostBytes) return bad_key_file(path, "is larger than 1 MiB, expected a file of mocapctl keys");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  if (path.string().starts_with("$CREDENTIALS_DIRECTORY")) {
+    return Error{ErrorCode::NotFound,
+                 fmt::format("{}: the service manager provides no credentials; add LoadCredential= "
+                             "to the unit, or name a file",
+                             path.string())};
+  }
+  return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read; mocapctl keys makes such files", path.string())};
 }
 
 // Removes a comment: '#' at the start of the line or after a blank. Z85 uses '#' too, but no key starts with '#': five

@@ -21,6 +21,7 @@ struct Disk {
   std::vector<std::string> lines;
   std::atomic<bool> full{false};
   std::atomic<bool> hangs{false};
+  std::atomic<bool> cannot_flush{false};
   std::counting_semaphore<> attempts{0};
 
   std::vector<std::string> read() {
@@ -40,7 +41,10 @@ class DiskWriter final : public AuditWriter {
     disk_.lines.push_back(entry.what == "lost" ? "lost " + entry.details[0].second : entry.what);
     return {};
   }
-  Status sync() override { return {}; }
+  Status sync() override {
+    if (disk_.cannot_flush) return Error{ErrorCode::Io, "cannot be flushed"};
+    return {};
+  }
 
  private:
   Disk& disk_;
@@ -74,6 +78,21 @@ TEST(AuditWorker, DoesNotWaitForAFullDiskAndWritesLaterWithoutALoss) {
 
   EXPECT_TRUE(worker.write({.what = "three"}, kLong));
   EXPECT_EQ(disk.read(), (std::vector<std::string>{"one", "two", "three"}));
+  EXPECT_EQ(error_of(worker.health()), "");
+}
+
+TEST(AuditWorker, FlushesAgainWithoutAnotherEntry) {
+  Disk disk;
+  AuditWorker worker(std::make_unique<DiskWriter>(disk));
+  disk.cannot_flush = true;
+  EXPECT_TRUE(worker.write({.what = "ordered"}, kLong));
+  EXPECT_EQ(error_of(worker.health()), "cannot be flushed");
+
+  disk.cannot_flush = false;
+  const Timestamp limit = host_now() + kLong;
+  while (!error_of(worker.health()).empty() && host_now() < limit)
+    std::this_thread::yield();  // tried again every second
+
   EXPECT_EQ(error_of(worker.health()), "");
 }
 

@@ -86,9 +86,9 @@ TEST(KeptRigs, UndoesARigThatTheConfigurationRefuses) {
   const auto first = written_rig(places);
   ASSERT_TRUE(write_rig(places, rig_at(2.0)));
 
-  ASSERT_TRUE(undo_rig(places, first));
+  ASSERT_TRUE(undo_rig(places, *first));
   EXPECT_EQ((*load_rig(places.in_force))[0].camera_from_world.translation.x(), 1.0);
-  ASSERT_TRUE(undo_rig(places, none));
+  ASSERT_TRUE(undo_rig(places, *none));
   EXPECT_FALSE(std::filesystem::exists(places.written));
   EXPECT_EQ(list_rigs(places).size(), 2u);
 }
@@ -106,6 +106,19 @@ TEST(KeptRigs, ANewFloorKeepsTheResidualOfTheCameras) {
   ASSERT_EQ(kept.size(), 2u);
   EXPECT_TRUE(kept[0].in_force) << "the newest is the first, also of two in one second";
   EXPECT_EQ(kept[0].rms_px, 0.125);
+}
+
+TEST(KeptRigs, WritesNothingIfTheRigInForceCannotBeReadAndKept) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};
+  std::filesystem::create_symlink("/proc/self/mem", places.in_force);  // its first read fails with EIO
+
+  const Status written = write_rig(places, rig_at(1.0));
+
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().code, ErrorCode::Io);
+  EXPECT_TRUE(std::filesystem::is_symlink(places.in_force));
+  EXPECT_FALSE(written_rig(places)) << "undo_rig would remove the rig";
 }
 
 }  // namespace kept_rigs_test

@@ -27,5 +27,13 @@ TEST(ReadText, RefusesWhatIsNoSettingsFile) {
             "is over 16 MB, expected a settings file");
 }
 
+TEST(ReadText, GivesNoPartOfAFileThatCannotBeRead) {
+  // Its open succeeds and its first read fails with EIO, as on a disk with a fault.
+  const auto read = read_text("/proc/self/mem");
+
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().message, "cannot be read; check its permissions and its disk");
+}
+
 }  // namespace text_file_test
 }  // namespace mocap::settings

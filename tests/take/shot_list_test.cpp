@@ -108,5 +108,13 @@ TEST(ShotList, NamesTheLineOfADamagedFile) {
   EXPECT_TRUE(list.shots().empty());
 }
 
+TEST(ShotList, TellsThatItsFileCannotBeRead) {
+  ShotList list("/proc/self/mem");  // its first read fails with EIO
+
+  const Status loaded = list.load();
+  ASSERT_FALSE(loaded);
+  EXPECT_THAT(loaded.error().message, HasSubstr("Input/output error"));
+}
+
 }  // namespace shot_list_test
 }  // namespace mocap::take

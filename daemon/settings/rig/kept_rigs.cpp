@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <optional>
 
+#include "base/read_file.h"
 #include "base/replace_file.h"
 #include "settings/rig/rig_file.h"
 #include "settings/toml/toml_file.h"
@@ -21,10 +20,12 @@ namespace {
 constexpr std::size_t kMostListed = 200;
 constexpr const char* kSuffix = ".toml";
 
-std::optional<std::string> bytes_of(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(in), {});
+// Nothing if there is no such file.
+Result<std::optional<std::string>> bytes_of(const std::filesystem::path& path) {
+  Result<std::string> bytes = path.empty() ? Error{ErrorCode::NotFound, {}} : read_file(path);
+  if (bytes) return std::optional(*std::move(bytes));
+  if (bytes.error().code == ErrorCode::NotFound) return std::optional<std::string>();
+  return bytes.error();
 }
 
 std::vector<std::filesystem::path> kept_files(const RigPlaces& places) {
@@ -67,12 +68,13 @@ Status make_folder(const RigPlaces& places) {
 
 // Copies the rig in force to the kept ones, unless it is there already.
 Status keep_in_force(const RigPlaces& places) {
-  const std::optional<std::string> bytes = bytes_of(places.in_force);
-  if (!bytes) return {};
+  const Result<std::optional<std::string>> bytes = bytes_of(places.in_force);
+  if (!bytes) return bytes.error();
+  if (!*bytes) return {};
   for (const auto& file : kept_files(places)) {
-    if (bytes_of(file) == bytes) return {};
+    if (const auto kept = bytes_of(file); kept && *kept == *bytes) return {};
   }
-  return replace_file(free_path(places, utc_name(written_at(places.in_force))), *bytes);
+  return replace_file(free_path(places, utc_name(written_at(places.in_force))), **bytes);
 }
 
 void read_facts(const std::filesystem::path& path, KeptRig& kept) {
@@ -110,8 +112,8 @@ Status write_rig(const RigPlaces& places, const CalibratedRig& rig) {
   facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
   const std::filesystem::path copy = free_path(places, utc_name(now));
   if (Status saved = save_rig(copy, rig.rig, facts); !saved) return saved;
-  const std::optional<std::string> bytes = bytes_of(copy);
-  if (!bytes) return Error{ErrorCode::Io, fmt::format("'{}' cannot be read", copy.string())};
+  const Result<std::string> bytes = read_file(copy);
+  if (!bytes) return bytes.error();
   return replace_file(places.written, *bytes);
 }
 
@@ -124,13 +126,13 @@ Status restore_rig(const RigPlaces& places, const std::string& name) {
                                                   name, places.kept.string())};
   }
   if (const auto rig = load_rig(*found); !rig) return Error{ErrorCode::InvalidArgument, to_text(rig.error())};
-  const std::optional<std::string> bytes = bytes_of(*found);
-  if (!bytes) return Error{ErrorCode::Io, fmt::format("'{}' cannot be read", found->string())};
+  const Result<std::string> bytes = read_file(*found);
+  if (!bytes) return bytes.error();
   if (Status kept = keep_in_force(places); !kept) return kept;
   return replace_file(places.written, *bytes);
 }
 
-std::optional<std::string> written_rig(const RigPlaces& places) { return bytes_of(places.written); }
+Result<std::optional<std::string>> written_rig(const RigPlaces& places) { return bytes_of(places.written); }
 
 Status undo_rig(const RigPlaces& places, const std::optional<std::string>& bytes) {
   if (bytes) return replace_file(places.written, *bytes);
@@ -141,13 +143,14 @@ Status undo_rig(const RigPlaces& places, const std::optional<std::string>& bytes
 }
 
 std::vector<KeptRig> list_rigs(const RigPlaces& places) {
-  const std::optional<std::string> in_force = bytes_of(places.in_force);
+  const Result<std::optional<std::string>> in_force = bytes_of(places.in_force);
   std::vector<KeptRig> all;
   for (const auto& file : kept_files(places)) {
     if (all.size() == kMostListed) break;
     KeptRig& kept = all.emplace_back();
     kept.name = file.stem().string();
-    kept.in_force = in_force && bytes_of(file) == in_force;
+    const Result<std::optional<std::string>> bytes = bytes_of(file);
+    kept.in_force = in_force && *in_force && bytes && *bytes == *in_force;
     if (const auto rig = load_rig(file)) kept.cameras = static_cast<std::uint32_t>(rig->size());
     read_facts(file, kept);
   }

@@ -30,7 +30,8 @@ Status write_rig(const RigPlaces& places, const CalibratedRig& rig);
 Status restore_rig(const RigPlaces& places, const std::string& name);
 
 /// The bytes of the file `written`; nothing if there is none. Taken before write_rig or restore_rig, for undo_rig.
-std::optional<std::string> written_rig(const RigPlaces& places);
+/// Fails with Io.
+Result<std::optional<std::string>> written_rig(const RigPlaces& places);
 
 /// Puts the bytes back, because the configuration with the new rig has faults. The new rig is kept. Fails with Io.
 Status undo_rig(const RigPlaces& places, const std::optional<std::string>& bytes);

@@ -6,17 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "base/install_folders.h"
+#include "base/read_file.h"
 #include "identify/asymmetry.h"
 #include "model/bounds.h"
 #include "settings/shipped_files.h"
@@ -123,14 +122,12 @@ Result<toml::table> parse(const std::filesystem::path& file, Reader& reader) {
   if (std::filesystem::is_directory(file, ignored)) {
     return Error{ErrorCode::Io, fmt::format("{}: is a folder, expected a TOML file", file.string())};
   }
-  const std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream.is_open() || text.bad()) {
+  const Result<std::string> text = read_file(file);
+  if (!text) {
     return Error{ErrorCode::Io, fmt::format("{}: cannot be read, expected a file that mocapd may read", file.string())};
   }
   try {
-    return toml::parse(text.str(), file.string());
+    return toml::parse(*text, file.string());
   } catch (const toml::parse_error& error) {
     reader.fault(error.source(), error.description());
     return as_error(reader);

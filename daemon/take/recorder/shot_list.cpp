@@ -6,12 +6,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "base/read_file.h"
 #include "base/replace_file.h"
 #include "take/take_name.h"
 
@@ -215,8 +214,9 @@ Status check_shots(const std::vector<Shot>& shots) {
 Status ShotList::load() {
   std::error_code none;
   if (path_.empty() || !std::filesystem::exists(path_, none)) return {};
-  std::ifstream in(path_, std::ios::binary);
-  Result<std::vector<Shot>> shots = parse_shots(std::string(std::istreambuf_iterator<char>(in), {}), path_.string());
+  const Result<std::string> text = read_file(path_);
+  if (!text) return text.error();
+  Result<std::vector<Shot>> shots = parse_shots(*text, path_.string());
   if (!shots) return shots.error();
   shots_ = *std::move(shots);
   return {};

@@ -1,14 +1,11 @@
 #include <fmt/core.h>
 #include <google/protobuf/io/coded_stream.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
 
+#include "base/read_file.h"
 #include "mocap/v1/blobs.pb.h"
 #include "take/recordings/blob_format.h"
 #include "take/recordings/blob_recording.h"
@@ -124,13 +121,9 @@ Result<BlobRecording> read_blob_recording(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, error)) {
     return Error{ErrorCode::NotFound, fmt::format("blob recording '{}': no such file", path.string())};
   }
-  std::ifstream stream(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream && !stream.eof()) {
-    return Error{ErrorCode::Io,
-                 fmt::format("blob recording '{}' cannot be read: {}", path.string(), std::strerror(errno))};
-  }
-  return Reader(path.string(), std::move(bytes)).read();
+  Result<std::string> bytes = read_file(path);
+  if (!bytes) return Error{ErrorCode::Io, fmt::format("blob recording {}", bytes.error().message)};
+  return Reader(path.string(), *std::move(bytes)).read();
 }
 
 }  // namespace mocap::take

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 
+#include "base/read_file.h"
 #include "wire/curve_keys.h"
 
 namespace mocap::relay {
@@ -57,10 +56,10 @@ std::optional<Server> read_server(std::string_view text) {
 }
 
 Result<Credentials> read_credentials(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{ErrorCode::NotFound, fmt::format("{}: no such file, or it may not be read", path.string())};
+  Result<std::string> read = read_file(path);
+  if (!read) return Error{ErrorCode::NotFound, fmt::format("{}: no such file, or it may not be read", path.string())};
   if (const Status closed = wire::check_private(path); !closed) return closed.error();
-  std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::string text = *std::move(read);
   if (text.starts_with(kJwtBegins)) return Credentials{.jwt = path};
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   if (text.empty()) return no_credentials(path, "is empty");

@@ -6,12 +6,11 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <iomanip>
-#include <iterator>
 #include <sstream>
 
 #include "base/exit_codes.h"
+#include "base/read_file.h"
 #include "ctl/live/live_answer.h"
 #include "ctl/live/live_connection.h"
 #include "ctl/live/mask_command.h"
@@ -83,9 +82,9 @@ int order_take(LiveOptions& options) {
 }
 
 int import_shots(LiveOptions& options) {
-  std::ifstream in(options.shots_file, std::ios::binary);
-  if (!in) return fail(fmt::format("'{}' cannot be read", options.shots_file.string()), kExitNoInput);
-  auto shots = take::parse_shots(std::string(std::istreambuf_iterator<char>(in), {}), options.shots_file.string());
+  const Result<std::string> text = read_file(options.shots_file);
+  if (!text) return fail(text.error().message, kExitNoInput);
+  auto shots = take::parse_shots(*text, options.shots_file.string());
   if (!shots) return fail(shots.error().message, kExitData);
   if (shots->empty())
     return fail(fmt::format("'{}' has no shot below its header", options.shots_file.string()), kExitData);

@@ -3,20 +3,19 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
 
+#include "base/read_file.h"
 #include "wire/codec/json.h"
 
 namespace mocap::ctl {
 
 Result<scene::C3d> read_c3d(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read, expected a C3D file", path.string())};
-  const std::string bytes(std::istreambuf_iterator<char>(in), {});
-  Result<scene::C3d> c3d = scene::parse_c3d(std::as_bytes(std::span(bytes)));
+  const Result<std::string> bytes = read_file(path);
+  if (!bytes) return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read, expected a C3D file", path.string())};
+  Result<scene::C3d> c3d = scene::parse_c3d(std::as_bytes(std::span(*bytes)));
   if (!c3d) return Error{c3d.error().code, fmt::format("{}: {}", path.string(), c3d.error().message)};
   return c3d;
 }
