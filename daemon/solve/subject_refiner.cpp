@@ -20,8 +20,10 @@ constexpr std::size_t kMinInstants = 8;
 // Poses that are held out of the fit for validation.
 constexpr std::size_t kMaxValidation = 10;
 constexpr std::size_t kMinValidation = 2;
-// The second of four blocks of time is held out, and a pause precedes each. Skin has a memory: poses shortly after each
-// other have the same errors, so that poses beside those of the fit would confirm its errors (decision 0006).
+// Every fourth new pose, until the body was refined once: its errors are far above those of skin. Afterwards the second
+// of four blocks of time, with a pause before each: skin has a memory, so that poses beside those of the fit would
+// confirm its errors (decision 0006).
+constexpr std::size_t kValidationInterval = 4;
 constexpr Duration kBlock = std::chrono::seconds(1);
 constexpr Duration kPause = std::chrono::milliseconds(300);
 constexpr std::int64_t kBlocksPerValidation = 4;
@@ -139,6 +141,7 @@ class SubjectRefiner::SubjectRefinement {
         instant_(bodyfit::empty_instant(set_)),
         evaluated_(bodyfit::empty_instant(set_)),
         root_from_(set_.skeleton.bones.size()),
+        is_refined_(subject.fitted),
         has_offsets_(subject.fitted || set_.skeleton.bones.size() == 1) {}
 
   void recognised(const SubjectFit& fit) {
@@ -147,6 +150,7 @@ class SubjectRefiner::SubjectRefinement {
     poses_.clear();
     validation_poses_.clear();
     began_at_.reset();
+    is_refined_ = false;
     stage_ = Stage::Gather;
     has_new_rest_pose_ = false;
     new_pose_count_ = 0;
@@ -182,10 +186,13 @@ class SubjectRefiner::SubjectRefinement {
       (void)poses_.add_if_different(instant_);
       return;
     }
-    if ((at - *began_at_) % kBlock < kPause) return;
-    const bool is_held_out = (at - *began_at_) / kBlock % kBlocksPerValidation == 1;
+    const Duration since = at - *began_at_;
+    if (is_refined_ && since % kBlock < kPause) return;
+    const bool is_held_out =
+        is_refined_ ? since / kBlock % kBlocksPerValidation == 1 : (new_pose_count_ + 1) % kValidationInterval == 0;
     PoseCollection& to = is_held_out ? validation_poses_ : poses_;
     if (to.nearest(instant_) < kNewPoseDistance) return;
+    if (!is_refined_ && (is_held_out ? poses_ : validation_poses_).nearest(instant_) < kNewPoseDistance) return;
     ++new_pose_count_;
     (void)to.add_if_different(instant_);
   }
@@ -213,7 +220,13 @@ class SubjectRefiner::SubjectRefinement {
         evaluate_next();
         if (next_ < 2 * validation_poses_.size()) break;
         stage_ = Stage::Gather;
-        if (is_better()) return apply_offsets();
+        if (!is_better()) break;
+        if (!is_refined_) {
+          is_refined_ = true;
+          validation_poses_.clear();
+          began_at_.reset();
+        }
+        return apply_offsets();
         break;
     }
     return std::nullopt;
@@ -327,6 +340,7 @@ class SubjectRefiner::SubjectRefinement {
   BodyInstant instant_;
   BodyInstant evaluated_;
   std::vector<Eigen::Quaterniond> root_from_;  // scratch: by bone, rotation in the frame of the root
+  bool is_refined_;                            // the body fits the person as far as skin allows
   bool has_offsets_;                           // the body model is of the person, not only of the file
   bool waiting_for_rest_ = false;
   bool has_new_rest_pose_ = false;
