@@ -567,11 +567,14 @@ class WithDaemon(BesideDaemon):
         limit = time.monotonic() + LIMIT_S
         while whole() is None:
             self.assertLess(time.monotonic(), limit, "a set with all labels")
-            for topic, message, into in [("snapshot", snapshot_pb2.Snapshot, snapshots), ("sightings", sightings_pb2.Sightings, sightings)]:
-                received = message.FromString(page.wait_for_topic(topic))
-                into[received.number] = received
-                if topic == "snapshot":
-                    page.send({"drawn": received.number})
+            topic, payload = page.wait_for(lambda message: isinstance(message, tuple))
+            if topic == "sightings":
+                received = sightings_pb2.Sightings.FromString(payload)
+                sightings[received.number] = received
+            elif topic == "snapshot":
+                received = snapshot_pb2.Snapshot.FromString(payload)
+                snapshots[received.number] = received
+                page.send({"drawn": received.number})  # else neither comes again
 
         sightings = sightings[whole()]
         seen_by = {marker: bits.bit_count() for marker, bits, subject in
