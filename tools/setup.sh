@@ -29,6 +29,8 @@ test_packages=(
   libfiu-dev fiu-utils nftables
   # the server to which mocap-relay sends, and takes tracked again by a farm
   nats-server slurmctld slurmd slurm-client munge parallel
+  # the browser of the page's tests
+  chromium
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
   # nodes that announce themselves

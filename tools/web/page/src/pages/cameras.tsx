@@ -136,8 +136,7 @@ function One({ camera, index }: { camera: CameraView; index: number }): JSX.Elem
         <article class="panel tile">
           <CameraPicture camera={camera} images onGreys={setGreys}
             over={(width_px, height_px) => (
-              <MaskOverlay width_px={width_px} height_px={height_px} drawn={masks.drawn} learnt={masks.inForce?.learnt ?? []} marked={masks.marked} tool={masks.tool}
-                add={(polygon) => masks.setDrawn([...masks.drawn, polygon])} />
+              <MaskOverlay width_px={width_px} height_px={height_px} drawn={masks.drawn} learnt={masks.inForce?.learnt ?? []} marked={masks.marked} tool={masks.tool} add={masks.add} />
             )} />
           <div class="about">
             <header><h2>{camera.name}</h2><LevelPill level={cameraLevel(state)} text={cameraWord(state)} /></header>

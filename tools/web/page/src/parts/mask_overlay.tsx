@@ -1,7 +1,7 @@
 // Masks over the picture of a camera, and the pointer that draws new ones. Its coordinates are pixels of the camera's image.
 
 import type { JSX, TargetedPointerEvent } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useLayoutEffect, useState } from "preact/hooks";
 import { type Corner, type Polygon, rectangleBetween, svgPoints } from "../model/masks";
 
 export type MaskTool = "rectangle" | "polygon";
@@ -37,9 +37,10 @@ export function MaskOverlay({ width_px, height_px, drawn, learnt, marked, tool, 
     if (corners.length >= 3) add(corners);
     stop();
   };
-  useEffect(stop, [tool]);
+  // Effects after the next picture would end a mask that was begun before it.
+  useLayoutEffect(stop, [tool]);
   // Only while a mask is begun: otherwise these keys belong to the button or the dialog that has the focus.
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (corners.length === 0) return undefined;
     const press = (event: KeyboardEvent) => {
       if (event.key === "Escape") stop();

@@ -19,6 +19,7 @@ export interface MaskDraft {
   marked: number | null;
   outcome: Outcome | null;
   setDrawn(drawn: Polygon[]): void;
+  add(polygon: Polygon): void;
   setTool(tool: MaskTool | null): void;
   setMarked(marked: number | null): void;
   /** Executes an order about masks and reads them again. */
@@ -38,6 +39,7 @@ export function useMaskDraft(camera: string): MaskDraft {
     if (open.value) void read();
   }, [camera, version, open.value]);
   const drawn = wanted ?? inForce?.drawn ?? [];
+  const add = (polygon: Polygon) => setWanted((before) => [...(before ?? inForce?.drawn ?? []), polygon]);
   const run = async (ask: () => Promise<Outcome>) => {
     const done = await ask();
     setOutcome(done);
@@ -46,7 +48,7 @@ export function useMaskDraft(camera: string): MaskDraft {
     setWanted(null);
     setTool(null);
   };
-  return { inForce, drawn, changed: wanted !== null && !samePolygons(wanted, inForce?.drawn ?? []), tool, marked, outcome, setDrawn: setWanted, setTool, setMarked, run };
+  return { inForce, drawn, changed: wanted !== null && !samePolygons(wanted, inForce?.drawn ?? []), tool, marked, outcome, setDrawn: setWanted, add, setTool, setMarked, run };
 }
 
 function List({ draft }: { draft: MaskDraft }): JSX.Element {
@@ -74,7 +76,7 @@ function ByNumbers({ draft }: { draft: MaskDraft }): JSX.Element {
   const [values, setValues] = useState(["", "", "", ""]);
   const add = () => {
     const [x, y, width, height] = values.map(Number);
-    draft.setDrawn([...draft.drawn, rectangle(x, y, width, height)]);
+    draft.add(rectangle(x, y, width, height));
     setValues(["", "", "", ""]);
   };
   return (
