@@ -94,6 +94,12 @@ Status TakeReader::read_info() {
   const std::vector<mcap::MetadataIndex>& all = mcap_.summary().metadata;
   const auto last = std::find_if(all.rbegin(), all.rend(), [](const auto& one) { return one.name == kTakeMetadata; });
   if (last == all.rend()) {
+    if (mcap_.cut_off() && mcap_.summary().chunks.empty()) {
+      return Error{ErrorCode::InvalidArgument,
+                   is_being_written()
+                       ? "the recording begins just now; try again"
+                       : "the recording was cut off at its beginning, before the first set; delete the file"};
+    }
     return Error{ErrorCode::InvalidArgument,
                  "no take: it has no metadata 'take'; expected an MCAP file that mocapd recorded"};
   }

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -36,12 +37,11 @@ class Fuzz {
     const fs::path path = folder_.write("config/fuzz.toml", configurations_.next());
     const StateFiles state = state_files(folder_.path() / "state");
     std::error_code ignored;
-    fs::remove(state.added_subjects, ignored);
-    fs::remove(state.learnt_masks, ignored);
+    const std::array files{state.added_subjects, state.learnt_masks, state.drawn_masks};
+    for (const fs::path& file : files) fs::remove(file, ignored);
     if (configurations_.below(3) == 0) {
-      const bool masks = configurations_.below(2) == 0;
-      folder_.write(fs::relative(masks ? state.learnt_masks : state.added_subjects, folder_.path()).string(),
-                    subjects_.next());
+      const fs::path& file = files[configurations_.below(files.size())];
+      folder_.write(fs::relative(file, folder_.path()).string(), subjects_.next());
     }
     const auto settings =
         load_daemon_settings(path, state, configurations_.below(2) == 0 ? RigNeed::Whole : RigNeed::AsFound);

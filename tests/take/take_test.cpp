@@ -219,6 +219,16 @@ TEST_F(TakeTest, RepairsATakeThatWasCutAtAnyByte) {
   EXPECT_TRUE(std::filesystem::directory_iterator(folder_.path())->path() == path()) << "no other file is left";
 }
 
+TEST_F(TakeTest, SaysOfATakeThatWasCutOffAtItsBeginningThatItHasNoSet) {
+  ASSERT_NO_FATAL_FAILURE(record_example(path(), 10));
+  std::filesystem::resize_file(path(), 200);  // within the schemas, which come before the metadata
+
+  const auto reader = TakeReader::open(path());
+
+  ASSERT_FALSE(reader);
+  EXPECT_THAT(reader.error().message, HasSubstr("walk-3.mcap': the recording was cut off at its beginning"));
+}
+
 TEST_F(TakeTest, DamagedBytesGiveNoWrongMessage) {
   ASSERT_NO_FATAL_FAILURE(record_example(path(), 60));
   const std::string whole = bytes();
