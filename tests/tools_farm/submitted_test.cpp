@@ -67,6 +67,16 @@ TEST_F(SubmittedUnits, AUnitWithoutAnEndIsAFailure) {
   EXPECT_NE(results_["c"].exit_code, 0);
 }
 
+TEST_F(SubmittedUnits, ACommandThatTheUsersSignalEndedFirstIsAStopAndNoFault) {
+  stops_ = 1;
+
+  const auto left = run("kill -INT $$");
+
+  ASSERT_TRUE(left) << left.error().message;
+  EXPECT_EQ(*left, 3U);
+  EXPECT_TRUE(results_.empty());
+}
+
 TEST_F(SubmittedUnits, ExitCodesOfAnEarlierRunAreForgotten) {
   folder_.write("0.exit", "0\n");
 

@@ -45,8 +45,9 @@ class Submitted {
     }
     while (listen(*process)) {
       look();
-      if (watch_.stops() > stops_) stop(*process);
+      obey_stops(*process);
     }
+    obey_stops(*process);  // a Ctrl-C of the terminal also ends the command, which may be heard of first
     const process::Ended ended = process->wait();
     look();
     if (!ended.well() && progress_.ended == 0 && stops_ == 0) {
@@ -97,7 +98,8 @@ class Submitted {
     watch_.ended(order_.units[unit], result);
   }
 
-  void stop(const process::ChildProcess& process) {
+  void obey_stops(const process::ChildProcess& process) {
+    if (watch_.stops() <= stops_) return;
     stops_ = watch_.stops();
     if (!submission_.cancels_jobs) {
       // The first SIGTERM keeps GNU parallel from beginning jobs, the second one ends those that run.
