@@ -1,12 +1,11 @@
 #include "runtime/calibration_worker.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <utility>
 
 #include "base/log.h"
+#include "runtime/process/realtime.h"
 #include "runtime/stop_check.h"
 
 namespace mocap::runtime {
@@ -33,8 +32,7 @@ CalibrationWorker::CalibrationWorker(std::unique_ptr<RigCalibrator> calibrator, 
     : calibrator_(std::move(calibrator)), cameras_(std::move(cameras)), channel_(channel) {}
 
 void CalibrationWorker::run(const std::stop_token& stop) {
-  // The threads of the solver inherit it. A lower priority needs no privilege.
-  static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNiceness));
+  yield_to_other_threads(kNiceness);
   while (!stop.stop_requested()) {
     const WakeSignal::Ticket ticket = channel_.ordered.ticket();
     follow_orders();

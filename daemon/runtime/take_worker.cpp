@@ -1,15 +1,19 @@
 #include "runtime/take_worker.h"
-#include "runtime/stop_check.h"
 
 #include <utility>
 
 #include "runtime/audit_orders.h"
+#include "runtime/process/realtime.h"
+#include "runtime/stop_check.h"
 
 namespace mocap::runtime {
 namespace {
 
 // Period of the disk thread during a take: with the chunks of 50 ms, a crash loses less than 100 ms of a take.
 constexpr Duration kDiskPeriod = std::chrono::milliseconds(10);
+// A chunk is compressed in a burst, for which the feed shall not wait. A third of the share of a thread of default
+// priority remains on a machine without idle processors, so that a take is written in time there too.
+constexpr int kDiskNiceness = 5;
 constexpr Duration kReportPeriod = std::chrono::milliseconds(250);
 // Numbers of the trigger's orders have this bit on their way through the recorder: its answers go to the trigger
 // thread.
@@ -73,6 +77,7 @@ bool TakeWorker::take_in() {
 }
 
 void TakeWorker::run_disk(const std::stop_token& stop) {
+  yield_to_other_threads(kDiskNiceness);
   while (!stop.stop_requested()) {
     const WakeSignal::Ticket ticket = channel_.ordered.ticket();
     TimecodeHealth timecode;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <malloc.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <barrier>
 #include <cstddef>
@@ -54,6 +56,25 @@ class OneHeap : public testing::Test {
     use_one_heap();
   }
 };
+
+int niceness_of_this_thread() { return ::getpriority(PRIO_PROCESS, static_cast<id_t>(::gettid())); }
+
+TEST(YieldToOtherThreads, LowersTheCallingThreadAloneAndThoseThatItStarts) {
+  const int before = niceness_of_this_thread();
+  if (before > 5) GTEST_SKIP() << "these tests run at niceness " << before << "; a thread cannot raise its priority";
+  int lowered = -1;
+  int child = -1;
+
+  std::thread([&] {
+    yield_to_other_threads(5);
+    lowered = niceness_of_this_thread();
+    std::thread([&] { child = niceness_of_this_thread(); }).join();
+  }).join();
+
+  EXPECT_EQ(lowered, 5);
+  EXPECT_EQ(child, 5);
+  EXPECT_EQ(niceness_of_this_thread(), before);
+}
 
 TEST_F(OneHeap, IsSharedByShortLivedThreads) {
   const std::size_t before = heaps();

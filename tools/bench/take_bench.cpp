@@ -228,12 +228,14 @@ Status run_phases(const TakeBenchSettings& wanted, runtime::Pipeline& pipeline, 
   wait(from_s(wanted.idle_seconds / 2));
   phase = Phase::Nothing;
   const std::uint64_t lost_before = subscribers.lost() + dropped_in(pipeline);
+  const std::uint64_t late_before = pipeline.fusion_counters().passed_over_sets.read();
   if (const Status started = person.order(TakeAction::Start); !started) return started;
   phase = Phase::Recording;
   wait(from_s(wanted.seconds));
   phase = Phase::Nothing;
   if (const Status stopped = person.order(TakeAction::Stop); !stopped) return stopped;
   figures.feed_lost = subscribers.lost() + dropped_in(pipeline) - lost_before;
+  figures.feed_lost_by_fusion = pipeline.fusion_counters().passed_over_sets.read() - late_before;
   figures.take_lost = dropped_by_take(pipeline);
   phase = Phase::Idle;
   wait(from_s(wanted.idle_seconds / 2));
@@ -351,6 +353,7 @@ int print_take_bench(const TakeBenchSettings& settings, bool json) {
   if (json) {
     const nlohmann::ordered_json object{{"sets", f.sets},
                                         {"feed_lost", f.feed_lost},
+                                        {"feed_lost_by_fusion", f.feed_lost_by_fusion},
                                         {"take_lost", f.take_lost},
                                         {"bytes_per_s", f.bytes_per_s},
                                         {"publish_p50_us", f.publish_p50_us},
@@ -365,8 +368,9 @@ int print_take_bench(const TakeBenchSettings& settings, bool json) {
     fmt::print("{}\n", object.dump());
     return kExitOk;
   }
-  fmt::print("sets           {}, lost by the feed {}, by the take {}\nfile           {:.2f} MB/s\n", f.sets,
-             f.feed_lost, f.take_lost, 1e-6 * f.bytes_per_s);
+  fmt::print(
+      "sets           {}, lost by the feed {} ({} of them before fusion), by the take {}\nfile           {:.2f} MB/s\n",
+      f.sets, f.feed_lost, f.feed_lost_by_fusion, f.take_lost, 1e-6 * f.bytes_per_s);
   fmt::print("publish        p50 {:.0f} us, p99 {:.0f} us; not recording {:.0f} us, {:.0f} us; p99 ratio {:.2f}\n",
              f.publish_p50_us, f.publish_p99_us, f.idle_publish_p50_us, f.idle_publish_p99_us, ratio);
   fmt::print("tracked        {:.2f} % of the snapshots have every subject\n", 100.0 * f.tracked_share);

@@ -20,6 +20,7 @@ struct TakeBenchSettings {
 struct TakeBenchFigures {
   std::uint64_t sets = 0;                             ///< of the take
   std::uint64_t feed_lost = 0;                        ///< snapshots that the feed or a subscriber lost during the take
+  std::uint64_t feed_lost_by_fusion = 0;              ///< of them: sets that the fusion thread came too late for
   std::uint64_t take_lost = 0;                        ///< sets and images that the take lost
   double bytes_per_s = 0.0;                           ///< of the take's file
   double publish_p50_us = 0.0, publish_p99_us = 0.0;  ///< last blob detected to ZeroMQ, while recording

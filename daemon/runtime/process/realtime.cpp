@@ -5,6 +5,8 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -44,6 +46,10 @@ Status apply_to_this_thread(const ThreadSettings& settings) {
   }
   if (!refused.empty()) return Error{ErrorCode::Unsupported, refused};
   return {};
+}
+
+void yield_to_other_threads(int niceness) noexcept {
+  static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), niceness));
 }
 
 Status lock_memory() {

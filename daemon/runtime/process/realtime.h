@@ -9,6 +9,10 @@ namespace mocap::runtime {
 /// the other is applied all the same. The message names the remedy.
 Status apply_to_this_thread(const ThreadSettings& settings);
 
+/// Gives the processor to every thread of default priority before the calling thread and the threads that it starts
+/// (niceness, setpriority(2)); `niceness` is 0 to 19. Needs no privilege.
+void yield_to_other_threads(int niceness) noexcept;
+
 /// Locks all present and future memory of this process into RAM. Fails with Unsupported; the message names the remedy.
 Status lock_memory();
 
