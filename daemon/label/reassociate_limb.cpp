@@ -50,8 +50,9 @@ bool SubjectLabeller::has_competing_label(int index, double below, const Labelle
 }
 
 // Translates a hypothesis, whose candidates are of the set in which the search began, to tracks of this set. A track
-// that ended, coasts, belongs to another limb, or has a competing label of another limb is left out. Returns false if
-// an accepted label of the limb has changed its track since the search began, unless to the track of the hypothesis.
+// that ended, coasts, belongs to another limb or to another subject, or has a competing label of another limb is left
+// out. Returns false if an accepted label of the limb has changed its track since the search began, unless to the track
+// of the hypothesis.
 bool SubjectLabeller::map_hypothesis(const DistanceConstraintMatcher::AssignmentHypothesis& found,
                                      const LabelledTracks& tracks) {
   for (std::size_t n = 0; n < limb_.label_count(); ++n) {
@@ -61,8 +62,8 @@ bool SubjectLabeller::map_hypothesis(const DistanceConstraintMatcher::Assignment
     if (accepted_[m] && memories_[m].track != initial_tracks_[n] && memories_[m].track != id) return false;
     hypothesis_track_[n] = candidate < 0 ? LabelledTracks::kNone : tracks.find(id);
     if (hypothesis_track_[n] < 0) continue;
-    const bool gone =
-        tracks[hypothesis_track_[n]].state == TrackState::Coasting || is_assigned_elsewhere(hypothesis_track_[n]);
+    const bool gone = tracks[hypothesis_track_[n]].state == TrackState::Coasting ||
+                      is_assigned_elsewhere(hypothesis_track_[n]) || has_other_subject(hypothesis_track_[n], tracks);
     const bool is_new_assignment = candidate != limb_.current(n);
     if (gone || (is_new_assignment &&
                  (has_competing_label(hypothesis_track_[n], competing_cost(m, hypothesis_track_[n], tracks), tracks) ||
@@ -90,6 +91,12 @@ bool SubjectLabeller::is_assigned_elsewhere(int track) const {
     if (outside && accepted_[m] && memories_[m].index == track) return true;
   }
   return false;
+}
+
+// Whether a label of another subject has the track: it may have got it while the search went on.
+bool SubjectLabeller::has_other_subject(int track, const LabelledTracks& tracks) const {
+  return tracks.labelled[static_cast<std::size_t>(track)] &&
+         std::ranges::find(memories_, track, &LabelMemory::index) == memories_.end();
 }
 
 // Assigns the tracks of the hypothesis to the labels of the limb and releases the other labels, fits the pose without

@@ -207,6 +207,7 @@ class SubjectLabeller {
   bool has_competing_label(int index, double below, const LabelledTracks& tracks) const;
   bool is_ambiguous_elsewhere(TrackId track) const;
   bool is_assigned_elsewhere(int track) const;
+  bool has_other_subject(int track, const LabelledTracks& tracks) const;
   void apply_hypothesis(LabelledTracks& tracks);
   void compute_marginals(const LabelledTracks& tracks);
   bool has_current_marginal(const LabelMemory& memory) const;
