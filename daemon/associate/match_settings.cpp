@@ -17,7 +17,7 @@ void declare_keys(KeyVisitor& keys, MatchSettings& match) {
   keys.number("agree_sigmas", match.agree_sigmas, {1, 10},
               {.help = "largest distance of a view from the common point of a marker's views, in standard deviations"});
   keys.number("min_views_new", match.min_views_new, {2, kMaxCameras},
-              {.help = "views of a marker that was not predicted; 2 where only two cameras could see it"});
+              {.help = "views of a marker that was not predicted; 2 if only two cameras deliver images"});
   keys.number("min_ray_angle_deg", match.min_ray_angle_deg, {0.1, 45},
               {.help = "two rays that are closer to parallel do not determine a depth"});
   keys.numbers("volume_min_m", {match.volume_min_m.data(), 3}, kPlace_m,

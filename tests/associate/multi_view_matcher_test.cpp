@@ -307,7 +307,7 @@ TEST(MultiViewMatcher, FindsNothingWithTwoCamerasThatFaceEachOther) {
   EXPECT_EQ(make_matcher({}, rig)->match(world.set, expect(markers, 0.01, random)).matches.size(), 0u);
 }
 
-TEST(MultiViewMatcher, AcceptsTwoViewsOfANewMarkerOnlyIfNoThirdCameraCouldSeeIt) {
+TEST(MultiViewMatcher, AcceptsTwoViewsOfANewMarkerOnlyIfTwoCamerasDeliver) {
   std::mt19937 random(4);
   const std::vector<Vector3d> markers{{0.1, 0.2, 1.1}};
   const Rig pair{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5})};
@@ -324,6 +324,20 @@ TEST(MultiViewMatcher, AcceptsTwoViewsOfANewMarkerOnlyIfNoThirdCameraCouldSeeIt)
   EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 0u);
   world.set.expected_views = 2;  // the third camera is known not to deliver
   EXPECT_EQ(make_matcher({}, three)->match(world.set, {}).matches.size(), 1u);
+}
+
+TEST(MultiViewMatcher, TakesTwoViewsForACandidateWhereTheOtherCamerasLookElsewhere) {
+  std::mt19937 random(4);
+  const std::vector<Vector3d> markers{{0.1, 0.2, 1.1}};
+  const Rig rig{camera_at({4.0, 0.0, 2.5}), camera_at({0.0, 4.0, 2.5}), camera_at({0.0, 4.0, 2.5}, {0.0, 9.0, 1.0})};
+  const auto world = see(rig, markers, {.sigma_px = 0.1}, random);
+  ASSERT_TRUE(world.frames[2]->blobs.empty());
+  const auto matcher = make_matcher({}, rig);
+
+  const Matches& matches = matcher->match(world.set, {});
+
+  EXPECT_EQ(matches.matches.size(), 0u);
+  EXPECT_EQ(matches.candidates.size(), 1u);
 }
 
 TEST(MultiViewMatcher, AcceptsNeitherOfTwoPairsThatShareABlob) {

@@ -9,10 +9,6 @@
 
 namespace mocap::associate {
 
-std::uint32_t UnassignedMatcher::required_views(const Hypothesis& hypothesis) const {
-  return std::max(2U, std::min(settings_.min_views_new, hypothesis.observing_cameras));
-}
-
 bool UnassignedMatcher::is_better(std::size_t a, std::size_t b) const {
   const std::size_t views_a = hypotheses_[a].members.size();
   const std::size_t views_b = hypotheses_[b].members.size();
@@ -76,8 +72,8 @@ bool UnassignedMatcher::remove_used_rays(RayTable& rays, Hypothesis& hypothesis)
     if (rays[view].use_count[ray] != 0) hypothesis.members.erase_unordered(i);
   }
   if (hypothesis.members.size() == before) return true;
-  return hypothesis.members.size() >= required_views(hypothesis) && refine(rays, hypothesis) &&
-         hypothesis.members.size() >= required_views(hypothesis);
+  return hypothesis.members.size() >= required_views_ && refine(rays, hypothesis) &&
+         hypothesis.members.size() >= required_views_;
 }
 
 void UnassignedMatcher::accept(RayTable& rays, const Hypothesis& hypothesis, Matches& into) {

@@ -54,6 +54,8 @@ UnassignedMatcher::UnassignedMatcher(const MatchSettings& settings, const Rig& r
 
 void UnassignedMatcher::match(RayTable& rays, std::uint32_t missing_views, Matches& into) {
   missing_views_ = missing_views;
+  const auto cameras = static_cast<std::uint32_t>(rays.view_count()) + missing_views;
+  required_views_ = std::clamp(cameras, 2U, settings_.min_views_new);
   rig_px_ = error_.px();
   agreement_.floor_px = settings_.agree_sigmas * rig_px_;
   work_ = 0;
@@ -260,8 +262,8 @@ void UnassignedMatcher::try_pair(RayTable& rays, std::size_t a, std::size_t i, s
       if (trial_.members.size() != before && !refine(rays, trial_)) return;
     }
   }
-  count_observing_cameras(rays, trial_);
-  if (trial_.members.size() >= required_views(trial_)) {
+  if (trial_.members.size() >= required_views_) {
+    count_observing_cameras(rays, trial_);
     store(trial_);
   } else if (!retrying_ && candidates_.size() < kMaxHypotheses && may_be_candidate(rays, trial_)) {
     candidates_.push_back(trial_);
@@ -332,18 +334,15 @@ bool UnassignedMatcher::refine(RayTable& rays, Hypothesis& hypothesis) {
   return true;
 }
 
-// Counts the cameras that could see the point, as far as a decision depends on it: the count stops at the required
-// number, and a hypothesis with most views of the set needs no count.
+// Counts the cameras that could see the point; a hypothesis with most views of the set needs no count.
 void UnassignedMatcher::count_observing_cameras(const RayTable& rays, Hypothesis& hypothesis) const {
   const std::size_t views = hypothesis.members.size();
   const std::size_t most = rays.view_count() + missing_views_;
-  const bool few = views < settings_.min_views_new;
   hypothesis.observing_cameras = static_cast<std::uint32_t>(most);
-  if (few || 4 * views < 3 * most) {
+  if (4 * views < 3 * most) {
     hypothesis.observing_cameras = missing_views_;
     for (std::size_t view = 0; view < rays.view_count(); ++view) {
       hypothesis.observing_cameras += rays.is_in_image(view, hypothesis.at.point) ? 1 : 0;
-      if (few && hypothesis.observing_cameras >= settings_.min_views_new) break;
     }
   }
   hypothesis.is_well_supported = views > settings_.min_views_new && 2 * views >= hypothesis.observing_cameras;

@@ -77,7 +77,6 @@ class UnassignedMatcher {
   void gather_support(RayTable& rays, Hypothesis& from);
   bool refine(RayTable& rays, Hypothesis& hypothesis);
   void count_observing_cameras(const RayTable& rays, Hypothesis& hypothesis) const;
-  std::uint32_t required_views(const Hypothesis& hypothesis) const;
   void store(const Hypothesis& hypothesis);
   void discard(std::uint32_t index);
   void accept_hypotheses(RayTable& rays, bool last_round, Matches& into);
@@ -98,6 +97,7 @@ class UnassignedMatcher {
   double max_cos_angle_;
   std::size_t next_round_ = 0;  // the next of the rounds that are not processed in every set
   std::uint32_t missing_views_ = 0;
+  std::uint32_t required_views_ = 2;  // views of a match (decisions/0016)
   std::size_t work_ = 0;
   std::uint32_t skipped_ = 0;
 
