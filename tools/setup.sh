@@ -31,6 +31,8 @@ test_packages=(
   nats-server slurmctld slurmd slurm-client munge parallel
   # the browser of the page's tests
   chromium
+  # promtool, which checks metrics and alert rules
+  prometheus
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
   # nodes that announce themselves
