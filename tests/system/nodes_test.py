@@ -7,7 +7,9 @@ import os
 import random
 import shutil
 import signal
+import statistics
 import subprocess
+import time
 import unittest
 import urllib.parse
 
@@ -291,8 +293,12 @@ class Kills(Keys):
             feed.wait_for(lambda snapshot: camera in snapshot["views"].get("cameras", []), 60, f"views of camera {camera}")
 
         chance = random.Random(31)
-        for _ in range(int(os.environ.get("MOCAP_NODE_KILLS", "3"))):
-            for camera in range(4):
+        back_s = []  # from the start of the node to the first view of each kill but the last
+        for kill in range(int(os.environ.get("MOCAP_NODE_KILLS", "3"))):
+            sees(0)
+            if kill > 0:
+                back_s.append(time.monotonic() - began)
+            for camera in range(1, 4):
                 sees(camera)
             for _ in range(chance.randrange(40)):
                 sees(2)
@@ -300,8 +306,10 @@ class Kills(Keys):
             nodes["left"].wait(60)
             for _ in range(chance.randrange(40)):
                 sees(2)
+            began = time.monotonic()
             nodes["left"] = self.start_node("left", self.cameras(SYNTHETIC, "left"), self.rig())
         sees(0)
+        print(f"back after {statistics.median(back_s):.2f} s in the median, {max(back_s):.2f} s at most")
 
         self.assertIsNone(host.process.poll())
         self.assertNotIn("node 'right'", "".join(line for line in host.output().splitlines() if "does not answer" in line))
