@@ -118,6 +118,18 @@ TEST_F(Takes, IncludeWhatAlreadyHappened) {
   EXPECT_EQ(sets, range(*sets.begin(), 4 * kSecond));
 }
 
+// The daemon has just started: its first images were exposed, and are still on their way.
+TEST_F(Takes, HaveTheFirstSetsOfTheRunThatComeAfterTheOrder) {
+  next = 10;
+  ASSERT_EQ(order({.action = TakeAction::Start, .before = std::chrono::seconds(2)}).outcome, TakeOutcome::Done);
+  next = 4;
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_EQ(*sets_of("take_001").begin(), 4U);
+  EXPECT_EQ(TakeReader::open(folder / "take_001.mcap")->info().others.at(kFirstSetOfRun), "4");
+}
+
 TEST_F(Takes, AreNumberedAndNeverOverwritten) {
   capture(2);
   ASSERT_EQ(start("walk").outcome, TakeOutcome::Done);

@@ -278,7 +278,8 @@ class DiskTakeRecorder : public TakeRecorder {
     begin.info = info_of(order);
     Timestamp from = now - order.before;
     const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kLongestSet);
-    from = std::max(from, std::min(oldest.value_or(now), now));
+    // The first sets of the run may still be on their way.
+    from = std::max(from, std::min(oldest.value_or(now), now) - kLongestSet);
     begin.info.started_at = from;
     begin.description = intake_.description_at(from);
     begin.files = intake_.files();
@@ -313,13 +314,17 @@ class DiskTakeRecorder : public TakeRecorder {
     state_.takes = takes;
   }
 
+  void note_first_set(TakeInfo& info) const {
+    if (const auto first = intake_.first_set()) info.others[kFirstSetOfRun] = std::to_string(*first);
+  }
+
   TakeInfo info_of(const TakeOrder& order) const {
     TakeInfo info;
     info.producer = intake_.description_at(Timestamp::max()).producer;
     info.utc_minus_host = utc_minus_host();
     info.notes = order.text;
     info.slate = !order.slate.empty() ? order.slate : slate_;
-    if (const auto first = intake_.first_set()) info.others[kFirstSetOfRun] = std::to_string(*first);
+    note_first_set(info);
     const TakeName name = folder_.name_for(order, info.slate, host_now().time_since_epoch() + info.utc_minus_host);
     info.name = name.name;
     info.number = name.number;
@@ -363,6 +368,7 @@ class DiskTakeRecorder : public TakeRecorder {
   void end(Timestamp now, const std::string& why) {
     TakeInProgress ended = *std::exchange(recording_, std::nullopt);
     intake_.buffer().release();
+    note_first_set(ended.info);  // there may have been none yet when the take began
     const QualityReport report = ended.meter.report();
     const Status finished = ended.finish(now, report, why);
     fill(state_, report);
