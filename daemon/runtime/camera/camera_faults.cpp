@@ -19,8 +19,7 @@ struct Message {
 constexpr std::array<Message, CameraFaults::kKinds> kMessages{{
     {&CameraHealth::missing_frames, "images never came",
      "use larger packets (an MTU of 9000 and packet_size_bytes) or a lower rate_hz; see mocapctl doctor; of a node: "
-     "its "
-     "machine is too slow for its cameras, or the network"},
+     "its machine or the network is too slow for its cameras"},
     {&CameraHealth::failed_frames, "images came incomplete",
      "packets are lost in transit: check net.core.rmem_max, MTU and link speed with mocapctl doctor; of a node: its "
      "clock is uncertain, see clock_uncertainty_us"},
