@@ -180,10 +180,15 @@ class Device(WithTimecode):
         self.daemon('source = "ltc"\ndevice = "hw:0,1"\ncoast_s = 1')
         self.assertEqual(self.wait_for("LOCKED")["now"]["hours"], 10)
         offsets = []
-        for _ in range(5):
-            snapshot = until(lambda: "timecode" in (one := self.snapshot()) and one, "a snapshot with timecode")
-            offsets.append(int(snapshot["instants"]["exposedAtNs"]) * 1e-9 - seconds_of(snapshot["timecode"]))
-        self.assertLess(max(offsets) - min(offsets), FRAME_S + 0.01)
+
+        def five_agree():
+            if "timecode" in (snapshot := self.snapshot()):
+                offsets.append(int(snapshot["instants"]["exposedAtNs"]) * 1e-9 - seconds_of(snapshot["timecode"]))
+            newest = offsets[-5:]
+            return len(newest) == 5 and max(newest) - min(newest) < FRAME_S + 0.01
+
+        # The signal itself jumps if its player ran empty on the emulated processor.
+        until(five_agree, "five snapshots in a row with the timecode of the signal")
 
         player.kill()
         player.wait()
