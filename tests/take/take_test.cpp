@@ -150,6 +150,21 @@ TEST_F(TakeTest, EditsTheInfoAndLeavesTheDataWhereTheyAre) {
   EXPECT_EQ(bytes().substr(0, data), before.substr(0, data));
 }
 
+TEST_F(TakeTest, RefusesToEditAFileWhoseFooterHasMoreFields) {
+  ASSERT_NO_FATAL_FAILURE(record_example(path(), 10));
+  std::string changed = bytes();
+  const std::size_t footer = changed.size() - mcap::kFileEnd_bytes;
+  changed[footer + 1] = static_cast<char>(changed[footer + 1] + 4);  // its length
+  changed.insert(changed.size() - mcap::kMagic.size(), "more");
+  std::ofstream(path(), std::ios::binary) << changed;
+
+  const Result<TakeInfo> edited = edit_take(path(), {});
+
+  ASSERT_FALSE(edited);
+  EXPECT_THAT(edited.error().message, HasSubstr("repair it"));
+  EXPECT_EQ(bytes(), changed);
+}
+
 // The file at each instant of an edit: the first write puts a part of the new end behind the old DataEnd, the second
 // puts the metadata over it.
 TEST_F(TakeTest, AnEditThatIsInterruptedAtAnyByteLosesNoData) {

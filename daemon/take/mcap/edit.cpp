@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -91,9 +92,16 @@ struct DataSectionEnd {
 // Where the data section of a complete file ends: its DataEnd stands before the summary.
 Result<DataSectionEnd> data_end_of(const Reader& reader) {
   const InputFile& file = reader.file();
-  const Result<std::string> tail = file.read(file.size() - kFileEnd_bytes, kFileEnd_bytes);
+  const std::uint64_t last = file.size() - std::min<std::uint64_t>(file.size(), kFileEnd_bytes);
+  const Result<std::string> tail = file.read(last, file.size() - last);
   if (!tail) return tail.error();
-  const Result<Footer> footer = decode<Footer>(*first_record(*tail, file.size() - kFileEnd_bytes));
+  // A file without an index, or whose footer has more fields, is read by a scan.
+  const auto footer_record = first_record(*tail, last);
+  if (!footer_record || !footer_record->is(Opcode::Footer)) {
+    return Error{ErrorCode::InvalidArgument, fmt::format("'{}' has no footer of {} bytes at its end; repair it first",
+                                                         file.path(), kFileEnd_bytes)};
+  }
+  const Result<Footer> footer = decode<Footer>(*footer_record);
   if (!footer) return footer.error();
   const Error missing{ErrorCode::InvalidArgument, fmt::format("'{}', byte {}: no DataEnd before the summary; repair it",
                                                               file.path(), footer->summary_start)};
