@@ -68,20 +68,16 @@ def run(name, command):
 def counts_of(files):
     """How often each line of the files ran: path, line, count. Templates have one count for each use."""
     counts = collections.defaultdict(dict)
-    for data in BUILD.rglob("*.gcda"):
-        name = data.name.removesuffix(".gcda")
-        if not any(file.name == name or data.name.startswith(file.name) for file in files):
-            continue
-        said = subprocess.run(["gcov", "--json-format", "--stdout", str(data)], cwd=BUILD, capture_output=True, text=True, check=True)
-        for one in filter(None, said.stdout.splitlines()):
-            for source in json.loads(one)["files"]:
-                path = (BUILD / source["file"]).resolve()
-                if path not in files:
-                    continue
-                lines = counts[path]
-                for line in source["lines"]:
-                    number = line["line_number"]
-                    lines[number] = lines.get(number, 0) + line["count"]
+    data = [str(path) for path in BUILD.rglob("*.gcda")]
+    said = subprocess.run(["gcov", "--json-format", "--stdout", *data], cwd=BUILD, capture_output=True, text=True, check=True)
+    for one in filter(None, said.stdout.splitlines()):
+        for source in json.loads(one)["files"]:
+            path = (BUILD / source["file"]).resolve()
+            if path not in files:
+                continue
+            lines = counts[path]
+            for line in source["lines"]:
+                lines[line["line_number"]] = lines.get(line["line_number"], 0) + line["count"]
     return counts
 
 
