@@ -31,7 +31,7 @@ PARSERS = {
     "detect": ["daemon/detect/pixel_rows.cpp"],
     "files": ["daemon/take/recorder/shot_list.cpp", "daemon/wire/curve_keys.cpp", "daemon/cameras/replay/replay_recording.cpp",
               "daemon/take/recordings/blob_recording.cpp", "daemon/wire/codec/json.cpp"],
-    "gvcp": ["tools/sim/gvcp_command.cpp", "tools/sim/gige_device.cpp"],
+    "gvcp": ["tools/sim/gvcp_command.cpp"],
     "image": ["daemon/cameras/replay/image_file.cpp", "daemon/cameras/jpeg_decoder.cpp", "daemon/cameras/tcp/tcp_header.cpp"],
     "lite": ["tools/clients/c/lite.cpp", "daemon/wire/codec/lite*.cpp"],
     "mcap": ["daemon/take/mcap/*.cpp", "daemon/take/take_reader.cpp"],
@@ -39,13 +39,12 @@ PARSERS = {
     "natnet": ["tools/bridges/natnet/request.cpp", "tools/bridges/natnet/command.cpp"],
     "node": ["daemon/wire/node_link.cpp", "daemon/wire/zmq_node_server.cpp", "daemon/cameras/node/node_camera.cpp"],
     "rig": ["daemon/settings/rig/rig_*.cpp", "daemon/calibration/formats/*.cpp"],
-    "subject": ["daemon/settings/subject/marker_set_file.cpp", "daemon/settings/subject/subject_file.cpp",
-                "daemon/settings/subject/shape_checks.cpp"],
+    "subject": ["daemon/settings/subject/marker_set_file.cpp", "daemon/settings/subject/subject_file.cpp"],
     "subscription": ["daemon/wire/subscriptions.cpp"],
     "timecode": ["daemon/timecode/wav_file.cpp", "daemon/timecode/ltc_*.cpp", "daemon/timecode/fly_wheel.cpp", "daemon/model/timecode.cpp"],
     "trigger": ["daemon/trigger/xml_packet.cpp", "daemon/trigger/osc_packet.cpp", "daemon/trigger/ip4.cpp", "daemon/trigger/request.cpp"],
     "vrpn": ["tools/bridges/vrpn/session.cpp", "tools/bridges/vrpn/message.cpp"],
-    "web": ["tools/web/http/*.cpp", "tools/web/feed/page_message.cpp", "tools/web/query.cpp", "tools/web/api.cpp"],
+    "web": ["tools/web/http/*_session.h", "tools/web/feed/page_message.cpp", "tools/web/query.cpp", "tools/web/api.cpp"],
 }
 
 

@@ -50,7 +50,7 @@ class Fuzz {
     for (const auto& [key, value] : list_settings(*settings)) MOCAP_EXPECTS(!key.empty());
     MOCAP_EXPECTS(settings->rig.size() == settings->cameras.size());
     MOCAP_EXPECTS(std::isfinite(settings->nominal_rate_hz));
-    if (configurations_.below(8) == 0) repack(*settings);
+    repack(*settings);
   }
 
   std::uint64_t read() const { return loaded_; }

@@ -47,12 +47,14 @@ class Fuzz {
         blobs_(Inputs::Kind::Binary, seed + 4, {blob_recording()}) {}
 
   void try_once() {
+    fs::remove(folder_.path() / "own.key");
+    const auto own = wire::new_key_pair();
+    MOCAP_EXPECTS(own.has_value() && wire::save_key_pair(folder_.path() / "own.key", *own).has_value());
+    const auto read_back = wire::load_key_pair(folder_.path() / "own.key");
+    MOCAP_EXPECTS(read_back.has_value() && read_back->secret_key == own->secret_key);
     read_shots(shots_.next());
     read_keys(folder_.write("keys", keys_.next()));
-    if (const auto times = cameras::read_recorded_times(folder_.write("timestamps.csv", times_.next()));
-        is_read(times)) {
-      ++read_;
-    }
+    read_times(times_.next());
     if (const auto snapshot = wire::from_json_line(fuzz::Exact(lines_.next()).text()); is_read(snapshot)) ++read_;
     read_blobs(folder_.write("take.blobs", blobs_.next()));
   }
@@ -88,11 +90,30 @@ class Fuzz {
     for (const Shot& shot : *shots) MOCAP_EXPECTS(shot.length >= Duration{});
     const auto again = parse_shots(shots_csv(*shots), "again.csv");
     MOCAP_EXPECTS(again.has_value() && *again == *shots);
+    ShotList list(folder_.path() / "state/shots.csv");
+    MOCAP_EXPECTS(list.replace(*shots).has_value());
+    if (const Shot* next = list.next()) MOCAP_EXPECTS(list.set_done(std::string(next->name), true).has_value());
+    ShotList read(folder_.path() / "state/shots.csv");
+    MOCAP_EXPECTS(read.load().has_value() && read.shots() == list.shots() && read.left() == list.left());
+  }
+
+  // Images with the times of a file, and what a daemon replays with them.
+  void read_times(const std::string& csv) {
+    const fs::path path = folder_.write("images/timestamps.csv", csv);
+    if (is_read(cameras::read_recorded_times(path))) ++read_;
+    for (const char* image : {"0.pgm", "1.png", "x.pgm", "18446744073709551616.pgm"}) {
+      folder_.write(std::string("images/") + image, "");
+    }
+    const auto recording = cameras::find_recording(path.parent_path(), "north", 60.0);
+    if (!is_read(recording)) return;
+    MOCAP_EXPECTS(recording->frames.size() == 2 && recording->frames[0].number < recording->frames[1].number);
   }
 
   void read_keys(const fs::path& path) {
+    fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
     static_cast<void>(is_read(wire::load_public_key(path)));
     static_cast<void>(is_read(wire::load_key_pair(path)));
+    static_cast<void>(is_read(wire::load_client_keys(path.string(), path.string())));
     const auto keys = wire::load_allowed_keys(path);
     if (!is_read(keys)) return;
     const fs::path copy = folder_.path() / "copy";

@@ -11,6 +11,7 @@
 
 #include "base/expects.h"
 #include "fuzz/fuzz_arguments.h"
+#include "support/temporary_folder.h"
 #include "web/api.h"
 #include "web/feed/page_message.h"
 #include "web/http/server.h"
@@ -53,14 +54,25 @@ std::string request(Random& random) {
   text += std::string(" ") + one_of(random, {"/", "/metrics", "/healthz", "/api/v1/take", "/api/v1/none",
                                              "/api/v1/openapi.json", "/?token=x", "/ws", "http://a/b", "*",
                                              "/api/v1/takes", "/api/v1/takes/a%2Fb/snapshots?from_s=1&seconds=2",
-                                             "/api/v1/takes/a/export?format=c3d&unit=m", "/takes/a%20b.mcap"});
+                                             "/api/v1/takes/a/export?format=c3d&unit=m", "/takes/a%20b.mcap",
+                                             "/takes/whole.mcap", "/api/v1/subjects/import?name=a&static=1"});
   text +=
       " HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nAccept-Encoding: gzip\r\nCookie: "
       "mocap_token=a; b\r\n";
   text += one_of(random, {"", "Transfer-Encoding: chunked\r\n", "Expect: 100-continue\r\n",
                           "Origin: http://127.0.0.1\r\n", "Connection: close\r\n"});
-  text += "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+  if (below(random, 20) == 0) text += "X-Long: " + std::string(9000, 'x') + "\r\n";
+  const std::size_t more = below(random, 20) == 0 ? 9'000'000 : 0;  // than comes
+  text += "Content-Length: " + std::to_string(body.size() + more) + "\r\n\r\n" + body;
   return text;
+}
+
+// The same request again and again, without waiting for answers.
+std::string flood(Random& random) {
+  const std::string one = request(random);
+  std::string all;
+  for (std::size_t count = 300; count > 0; --count) all += one;
+  return all;
 }
 
 constexpr const char* kHandshake =
@@ -124,7 +136,10 @@ std::string exchange(std::uint16_t port, const std::string& first, const std::st
 void read_directly(Random& random) {
   const std::string text = damaged(random, page_text(random));
   static_cast<void>(read_page_message(text));
-  static_cast<void>(read_query(text));
+  const auto values = read_query(text);
+  if (values) {
+    for (const auto& [name, value] : *values) MOCAP_EXPECTS(percent_decoded(percent_encoded(value)) == value);
+  }
   static_cast<void>(percent_decoded(text));
   for (const Method& method : methods()) static_cast<void>(request_of(method, text));
 }
@@ -138,7 +153,9 @@ int main(int argc, char** argv) {
   Random random(arguments.seed);
   ServerSettings settings;
   settings.feed = "tcp://127.0.0.1:1";  // nothing listens
-  settings.takes = "/nowhere";
+  const mocap::support::TemporaryFolder takes;
+  takes.write("whole.mcap", std::string(100'000, 'x'));  // no take, but a file to download
+  settings.takes = takes.path();
   settings.port = 0;
   settings.accepts_hz = 1e6;
   settings.timeout_s = 5.0;
@@ -149,7 +166,7 @@ int main(int argc, char** argv) {
   std::jthread serving([&] { (*server)->run(); });
   for (std::uint64_t tries = 0; tries < arguments.count; ++tries) {
     switch (below(random, 5)) {
-      case 0: exchange(port, damaged(random, request(random)), ""); break;
+      case 0: exchange(port, below(random, 100) == 0 ? flood(random) : damaged(random, request(random)), ""); break;
       case 1: exchange(port, damaged(random, kHandshake) + frames(random), ""); break;
       case 2: exchange(port, kHandshake, damaged(random, frames(random))); break;
       case 3: exchange(port, kFoxgloveHandshake, damaged(random, frames(random))); break;
