@@ -9,6 +9,7 @@ namespace mocap::preflight {
 namespace preflight_test {
 
 using testing::HasSubstr;
+using testing::Not;
 
 // Four cameras at 120 Hz and one tracked subject, with nothing wrong.
 PreflightFacts ready() {
@@ -48,6 +49,16 @@ PreflightFacts ready() {
 TEST(Preflight, FindsNothingWrongWhenAllIsWell) {
   for (const Finding& finding : examine_daemon(ready()))
     EXPECT_EQ(finding.verdict, Verdict::Good) << finding.check << ": " << finding.what;
+}
+
+TEST(Preflight, TellsTheMinutesOfTakesThatFitOnTheDisk) {
+  const std::vector<Finding> findings = examine_daemon(ready());
+
+  const auto disk = std::ranges::find(findings, "disk", &Finding::check);
+  ASSERT_NE(disk, findings.end());
+  EXPECT_EQ(disk->minutes, 600.0);
+  EXPECT_THAT(json_of({*disk}), HasSubstr("\"minutes\":600.0"));
+  EXPECT_THAT(json_of({good("sets", "all")}), Not(HasSubstr("minutes")));
 }
 
 struct Fault {

@@ -9,7 +9,7 @@ import { cameraOnRing } from "./simulated_person.mjs";
 
 const [{ splitMessage }, { readServerText }, { WantedTopics }, { CameraView }, { sceneFrame }, { healthReasons, worst }, { History }, { MarkerWatch }, { DataAge },
   { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText },
-  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings }, { splitPiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags },
+  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings, diskMinutes }, { splitPiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags },
   { spreadOf, ellipseFromAbove, readSightings, ofSelected, sightingSummary },
   { rectangle, rectangleBetween, describePolygon, readMasks }, { readImport }] =
   await pageModules("feed/message", "feed/server_text", "feed/topics", "model/camera_view", "model/scene_frame", "model/health_report", "model/history",
@@ -133,6 +133,15 @@ const known = (fields = {}) => ({
 });
 const finding = (check, level, what = "is wrong") => ({ check, level, what, cure: "mocapctl doctor" });
 
+test("The minutes of takes that fit on the disk are those of its finding", () => {
+  const read = readFindings([{ check: "sets", verdict: "good", what: "" }, { check: "disk", verdict: "warning", what: "room", minutes: 20.4 }]);
+  assert.equal(diskMinutes(read), 20.4);
+  assert.equal(diskMinutes(readFindings([{ check: "disk", verdict: "good", what: "", minutes: "many" }])), null);
+  assert.equal(diskMinutes(null), null);
+  assert.equal(format.hoursOrMinutes(119.4), "119\u2009min");
+  assert.equal(format.hoursOrMinutes(412), "7\u2009h");
+});
+
 test("A healthy daemon has no reason", () => {
   assert.deepEqual(healthReasons(known()), []);
   assert.equal(worst([]), "good");
@@ -169,7 +178,7 @@ test("A take that is recorded is no reason of the light", () => {
 
 test("Findings of the server are read, and nothing else", () => {
   const said = [{ check: "sets", verdict: "bad", what: "none", cure: "mocapctl status" }, { check: "x", verdict: "odd" }, null, 7, "text"];
-  assert.deepEqual(readFindings(said), [{ check: "sets", level: "bad", what: "none", cure: "mocapctl status" }]);
+  assert.deepEqual(readFindings(said), [{ check: "sets", level: "bad", what: "none", cure: "mocapctl status", minutes: null }]);
   assert.deepEqual(readFindings({ message: "no" }), []);
 });
 

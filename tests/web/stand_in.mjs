@@ -63,7 +63,7 @@ export class StandIn {
     /** The findings of preflight. */
     this.findings = [
       { check: "camera cam1", verdict: "good", what: "60.0 images a second", cure: "" }, { check: "subject camera-prop", verdict: "warning", what: "2 of 4 markers are seen", cure: "mocap-watch --doctor" },
-      { check: "disk", verdict: "good", what: "room for 412 minutes of takes", cure: "" },
+      { check: "disk", verdict: "good", what: "room for 412 minutes of takes", cure: "", minutes: 412 },
     ];
     this.calibration = new SimulatedCalibration(kCameras);
     this.masks = new SimulatedMasks();

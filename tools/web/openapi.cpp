@@ -126,7 +126,7 @@ const std::vector<OwnMethod>& own_methods() {
       {"/api/v1/preflight",
        "get",
        "preflight",
-       "the findings of mocapctl preflight: check, verdict, what, cure",
+       "the findings of mocapctl preflight: check, verdict, what, cure; minutes of takes that fit on the disk",
        "application/json",
        {}},
       {"/api/v1/subjects/import",

@@ -13,12 +13,14 @@ constexpr const char* kWords[] = {"good", "warning", "bad"};  // by Verdict
 
 }  // namespace
 
-Finding good(std::string check, std::string what) { return {std::move(check), Verdict::Good, std::move(what), {}}; }
+Finding good(std::string check, std::string what) {
+  return {.check = std::move(check), .verdict = Verdict::Good, .what = std::move(what), .cure = {}};
+}
 Finding warning(std::string check, std::string what, std::string cure) {
-  return {std::move(check), Verdict::Warning, std::move(what), std::move(cure)};
+  return {.check = std::move(check), .verdict = Verdict::Warning, .what = std::move(what), .cure = std::move(cure)};
 }
 Finding bad(std::string check, std::string what, std::string cure) {
-  return {std::move(check), Verdict::Bad, std::move(what), std::move(cure)};
+  return {.check = std::move(check), .verdict = Verdict::Bad, .what = std::move(what), .cure = std::move(cure)};
 }
 
 bool is_bad(const std::vector<Finding>& findings) {
@@ -32,6 +34,7 @@ std::string json_of(const std::vector<Finding>& findings) {
                     {"verdict", kWords[static_cast<std::size_t>(each.verdict)]},
                     {"what", each.what},
                     {"cure", each.cure}});
+    if (each.minutes) list.back()["minutes"] = *each.minutes;
   }
   return list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,9 @@ enum class Verdict { Good, Warning, Bad };
 struct Finding {
   std::string check;  ///< "net.core.rmem_max"
   Verdict verdict = Verdict::Good;
-  std::string what;  ///< the state that was found
-  std::string cure;  ///< a command that repairs the state; empty: none
+  std::string what;                              ///< the state that was found
+  std::string cure;                              ///< a command that repairs the state; empty: none
+  std::optional<double> minutes = std::nullopt;  ///< of `what`, for a display; empty: it has none
 };
 
 Finding good(std::string check, std::string what);
@@ -21,7 +23,7 @@ Finding bad(std::string check, std::string what, std::string cure);
 
 bool is_bad(const std::vector<Finding>& findings);
 
-/// A JSON array of the findings: check, verdict ("good", "warning" or "bad"), what, cure.
+/// A JSON array of the findings: check, verdict ("good", "warning" or "bad"), what, cure, and minutes if it has any.
 std::string json_of(const std::vector<Finding>& findings);
 /// Prints the findings for people, or as a JSON array.
 void print(const std::vector<Finding>& findings, bool json);

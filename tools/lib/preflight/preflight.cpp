@@ -143,6 +143,7 @@ void examine_disk_and_rig(const PreflightFacts& facts, std::vector<Finding>& fin
     findings.push_back(*minutes < kTooFewMinutes ? bad("disk", what, cure)
                        : *minutes < kFewMinutes  ? warning("disk", what, cure)
                                                  : good("disk", what));
+    findings.back().minutes = *minutes;
   }
   if (const auto days = facts.calibration_age_days) {
     const std::string what = fmt::format("the rig file is {:.0f} days old", *days);

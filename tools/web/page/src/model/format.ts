@@ -39,6 +39,9 @@ export function duration(seconds: number): string {
   return hours > 0 ? `${hours}:${rest}` : rest;
 }
 
+/** "90 min", from two hours on "7 h". */
+export const hoursOrMinutes = (minutes: number): string => (minutes < 120 ? `${Math.round(minutes)}\u2009min` : `${Math.round(minutes / 60)}\u2009h`);
+
 export function bytes(value: bigint | number): string {
   const size = Number(value);
   if (size < 1e6) return `${(size / 1e3).toFixed(0)}\u2009kB`;

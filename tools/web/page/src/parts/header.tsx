@@ -2,11 +2,12 @@
 
 import type { JSX } from "preact";
 import { LatencyStage, TakeState } from "../../gen/mocap/v1/health_pb";
-import { age, compact, count, duration, fixed, kUnknown } from "../model/format";
+import { age, compact, count, duration, fixed, hoursOrMinutes, kUnknown } from "../model/format";
 import { stage } from "../model/health_report";
+import { diskMinutes } from "../model/preflight";
 import { shownTime } from "../model/timecode";
 import { reasonsShown } from "../state/keys";
-import { dataAge, health, light, mayChange, missed, now_ms, snapshot } from "../state/live";
+import { dataAge, findings, health, light, mayChange, missed, now_ms, snapshot } from "../state/live";
 import { activeTake, countdown_s, slate, startTake, stopTake, takeBusy } from "../state/orders";
 import { LevelMark, levelText } from "./level_mark";
 
@@ -51,6 +52,7 @@ function Facts(): JSX.Element {
   const time = shownTime(snapshot.value);
   const total = stage(health.value, LatencyStage.TOTAL);
   const ms = (ns: bigint | undefined) => (ns === undefined ? kUnknown : fixed(Number(ns) / 1e6, 1));
+  const disk = diskMinutes(findings.value);
   now_ms.value;
   return (
     <dl class="facts">
@@ -59,7 +61,8 @@ function Facts(): JSX.Element {
         hint={dataAge.clocksAgree ? "From the exposure until now" : "Since the exposure; the clocks of the two machines differ, so the network's shortest delay is not in it"} />
       <Fact name="p50/p99" value={`${ms(total?.p50Ns)}/${ms(total?.p99Ns)}\u2009ms`} hint="Latency, median and 99th percentile: from the exposure until the daemon sent the snapshot, over the last second" />
       <Fact name="Takes" value={health.value?.take ? count(health.value.take.takes) : kUnknown} hint="Takes since the daemon started" />
-      <Fact name="Disk" value={kUnknown} hint="The daemon does not publish its free disk space; a take ends early below [takes] min_free_mb" />
+      <Fact name="Disk" value={disk === null ? kUnknown : hoursOrMinutes(disk)}
+        hint={disk === null ? "Known after the first take, or with mocap-web --takes FOLDER" : "Room for takes of so long, at the rate of the last one"} />
       <Fact name="Missed" value={compact(missed.value)} hint="Snapshots that this browser did not draw because a newer one was there. The feed lost nothing" />
     </dl>
   );

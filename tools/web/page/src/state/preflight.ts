@@ -16,7 +16,7 @@ export async function checkNow(): Promise<void> {
   try {
     findings.value = readFindings(await readPreflight());
   } catch (error) {
-    findings.value = [{ check: "preflight", level: "look", what: error instanceof Error ? error.message : String(error), cure: "" }];
+    findings.value = [{ check: "preflight", level: "look", what: error instanceof Error ? error.message : String(error), cure: "", minutes: null }];
   }
   checking.value = false;
 }
