@@ -165,11 +165,70 @@ int run(const RetrackCommandLine& line) {
   return retrack_takes(several);
 }
 
+// The takes, their new takes, and who tracks them.
+void add_takes(cli::App& command, RetrackCommandLine& line) {
+  command.add_option("take", line.several.takes, "the recorded takes, or folders of them")
+      ->required()
+      ->type_name("TAKE.mcap");
+  command
+      .add_option("--out-dir", line.several.out_dir,
+                  "folder of the new takes, which have the names of the recorded ones")
+      ->type_name("DIR");
+  command
+      .add_option("--jobs", line.several.jobs,
+                  "how many takes are tracked at a time, each by a process of its own; default for several takes: the "
+                  "number of processors")
+      ->check(cli::Range(1, 1024))
+      ->type_name("N");
+  cli::Option* farm =
+      command
+          .add_option(
+              "--farm", line.several.farm,
+              "who tracks the takes, one task for each. slurm: a job array is submitted and waited for. parallel: "
+              "GNU parallel, here or on the hosts that $PARALLEL names. openjd: a job template for render "
+              "managers is written. Scripts and logs are in DIR/farm")
+          ->check(cli::IsMember({"slurm", "parallel", "openjd"}));
+  command.add_flag("--dry-run", line.several.dry_run, "with --farm: write the scripts, print the command, run nothing")
+      ->needs(farm);
+  command.add_flag("--resume", line.order.resume,
+                   "skip a take whose new take is there, whole, and made of the same recorded take, settings and "
+                   "options by this version");
+  command
+      .add_option("--out", line.order.out,
+                  "the new take of one take; an existing file is never replaced. default: TAKE-retracked.mcap in this "
+                  "folder")
+      ->type_name("NEW.mcap");
+}
+
+// With what and how each take is tracked.
+void add_tracking(cli::App& command, RetrackCommandLine& line) {
+  command
+      .add_option("--settings", line.order.others.settings,
+                  "the configuration to track with; default: the one that the take carries")
+      ->type_name("FILE");
+  command.add_option("--rig", line.order.others.rig, "another calibration of the same cameras")->type_name("FILE");
+  command
+      .add_option("--subjects", line.order.others.subjects,
+                  "folder with fitted bodies: NAME.toml replaces the body of the subject NAME")
+      ->type_name("DIR");
+  command
+      .add_option("--range", line.range_s,
+                  "first and last instant of the new take, s after the start; tracking begins at the start in any case")
+      ->expected(2)
+      ->type_name("FROM TO");
+  command
+      .add_option("--preset", line.preset,
+                  "live: as the daemon does, set by set. offline: also backwards in time, so that subjects have labels "
+                  "before they were found, and gaps are filled from both sides; takes twice as long")
+      ->check(cli::IsMember({"live", "offline"}));
+  command.add_flag("--every-set", line.order.every_set,
+                   "form the sets anew from all images, with those that the daemon passed over");
+}
+
 }  // namespace
 
 void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
   const auto line = std::make_shared<RetrackCommandLine>();
-  RetrackOrder& order = line->order;
   cli::App* command =
       take.add_subcommand("retrack", "track takes again from their blobs, as the daemon does, into new takes");
   command->examples(
@@ -180,60 +239,8 @@ void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
       "  mocapctl take retrack takes/*.mcap --rig mended-rig.toml --out-dir mended\n"
       "      in several processes; go on after an interruption: the same with --resume\n"
       "  mocapctl take retrack takes --out-dir again --farm slurm --jobs 20");
-  RetrackTakes& several = line->several;
-  command->add_option("take", several.takes, "the recorded takes, or folders of them")
-      ->required()
-      ->type_name("TAKE.mcap");
-  command
-      ->add_option("--out-dir", several.out_dir, "folder of the new takes, which have the names of the recorded ones")
-      ->type_name("DIR");
-  command
-      ->add_option("--jobs", several.jobs,
-                   "how many takes are tracked at a time, each by a process of its own; default for several takes: the "
-                   "number of processors")
-      ->check(cli::Range(1, 1024))
-      ->type_name("N");
-  cli::Option* farm =
-      command
-          ->add_option(
-              "--farm", several.farm,
-              "who tracks the takes, one task for each. slurm: a job array is submitted and waited for. parallel: "
-              "GNU parallel, here or on the hosts that $PARALLEL names. openjd: a job template for render "
-              "managers is written. Scripts and logs are in DIR/farm")
-          ->check(cli::IsMember({"slurm", "parallel", "openjd"}));
-  command->add_flag("--dry-run", several.dry_run, "with --farm: write the scripts, print the command, run nothing")
-      ->needs(farm);
-  command->add_flag("--resume", order.resume,
-                    "skip a take whose new take is there, whole, and made of the same recorded take, settings and "
-                    "options by this version");
-  command
-      ->add_option("--out", order.out,
-                   "the new take of one take; an existing file is never replaced. default: TAKE-retracked.mcap in this "
-                   "folder")
-      ->type_name("NEW.mcap");
-  command
-      ->add_option("--settings", order.others.settings,
-                   "the configuration to track with; default: the one that the take carries")
-      ->type_name("FILE");
-  command->add_option("--rig", order.others.rig, "another calibration of the same cameras")->type_name("FILE");
-  command
-      ->add_option("--subjects", order.others.subjects,
-                   "folder with fitted bodies: NAME.toml replaces the body of the subject NAME")
-      ->type_name("DIR");
-  command
-      ->add_option(
-          "--range", line->range_s,
-          "first and last instant of the new take, s after the start; tracking begins at the start in any case")
-      ->expected(2)
-      ->type_name("FROM TO");
-  command
-      ->add_option(
-          "--preset", line->preset,
-          "live: as the daemon does, set by set. offline: also backwards in time, so that subjects have labels "
-          "before they were found, and gaps are filled from both sides; takes twice as long")
-      ->check(cli::IsMember({"live", "offline"}));
-  command->add_flag("--every-set", order.every_set,
-                    "form the sets anew from all images, with those that the daemon passed over");
+  add_takes(*command, *line);
+  add_tracking(*command, *line);
   command->add_flag("--json", line->json, "print one line of JSON for each take");
   command->add_flag("--progress", line->progress,
                     "print lines \"progress SHARE\", 0 to 1, to standard error, for a program that waits");
