@@ -217,9 +217,22 @@ double SubjectSearch::fit(const LabelledTracks& tracks, const RecognisedSubject&
   return pose_fit_.solve(observations_, prior, iterations).cost;
 }
 
+// Whether a track of the identification is there, and none of them could be measured in this set.
+bool SubjectSearch::is_unobserved(const LabelledTracks& tracks) const {
+  bool is_there = false;
+  for (const TrackId id : found_.track_of_marker) {
+    const int index = id.names_something() ? tracks.find(id) : LabelledTracks::kNone;
+    if (index < 0) continue;
+    if (tracks[index].state != TrackState::Coasting || tracks[index].missed_sets > 0) return false;
+    is_there = true;
+  }
+  return is_there;
+}
+
 // Verifies the identification in one set: removes tracks outside the gate, and ends the verification if fewer than half
-// of the markers remain.
+// of the markers remain. A set that could measure none of them is no evidence.
 const RecognisedSubject* SubjectSearch::verify(const LabelledTracks& tracks) {
+  if (is_unobserved(tracks)) return nullptr;
   (void)fit(tracks, found_, kVerificationIterations);
   std::size_t kept_count = 0;
   for (const kinematics::Observation& one : observations_) {

@@ -74,6 +74,7 @@ class SubjectSearch {
   const RecognisedSubject* search_calibration_pose();
   const RecognisedSubject* accept_calibration_pose(const identify::FoundBody& found);
   void begin_verification();
+  bool is_unobserved(const LabelledTracks& tracks) const;
   const RecognisedSubject* verify(const LabelledTracks& tracks);
   double fit(const LabelledTracks& tracks, const RecognisedSubject& recognised, int iterations);
 

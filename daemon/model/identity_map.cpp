@@ -66,6 +66,8 @@ const Predictions& IdentityMap::predict(const FrameSet& frames, const PredictedM
                                         const PredictedMarkers& by_bodies) {
   MOCAP_EXPECTS(&by_tracks != &predictions_.markers);
   predictions_.at = frames.exposed_at;
+  predictions_.cameras = 0;
+  for (const BlobFrame* view : frames.views) predictions_.cameras |= bit_of(view->camera);
   predictions_.markers = by_tracks;
   label_tracks();
   join_bodies(by_bodies);

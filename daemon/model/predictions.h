@@ -6,6 +6,7 @@
 #include "base/bounded_vector.h"
 #include "base/time.h"
 #include "model/bounds.h"
+#include "model/camera_bits.h"
 #include "model/ids.h"
 #include "model/points.h"
 
@@ -37,6 +38,7 @@ struct BlobIdentities {
 /// The predictions of all markers, before the blobs of a set are associated.
 struct Predictions {
   Timestamp at;
+  CameraBits cameras = 0;  ///< cameras that have an image in the set, if they are known
   PredictedMarkers markers;
   BoundedVector<BlobIdentities, kMaxCameras> views;  ///< by view of the set; empty: no 2D track is known
 };

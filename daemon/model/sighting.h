@@ -129,7 +129,7 @@ struct TrackedMarker {
   std::uint32_t cameras = 0;                                    ///< number of cameras that see it now; 0 while coasting
   CameraBits seen_by = 0;                                       ///< these cameras; 0 for a Candidate, too
   std::uint32_t age_sets = 0;                                   ///< sets since track initiation
-  std::uint32_t missed_sets = 0;                                ///< sets since the last measurement
+  std::uint32_t missed_sets = 0;  ///< since the last measurement; only sets with two cameras that saw the marker last
   std::uint32_t prediction = Match::kNew;  ///< of its measurement: index in Predictions::markers, or kNew
 };
 

@@ -142,6 +142,7 @@ bool SkeletonTracker::start(std::span<const kinematics::Observation> seen, Times
   }
   residual_m_ = result.rms_m;
   velocity_m_s_.setZero();
+  interval_.reset();
   update_observability(seen);
   joint_drift_.reset();
   mean_rotation_.reset();
@@ -332,10 +333,13 @@ void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
   // Gain of the velocity filter: halves the noise of the pose and follows a change of velocity within two sets. Chosen
   // by hand; not yet measured.
   constexpr double kVelocityGain = 0.5;
+  if (motion) interval_.add(step_s);
+  const double gain_factor = interval_.gain_factor(step_s);
+  const double velocity_gain = kVelocityGain * gain_factor;
   if (seen.empty()) {
     velocity_m_s_ *= decay;
   } else if (motion) {
-    velocity_m_s_ += kVelocityGain * ((pose_.locals()[0].position - committed_[0].position) / step_s - velocity_m_s_);
+    velocity_m_s_ += velocity_gain * ((pose_.locals()[0].position - committed_[0].position) / step_s - velocity_m_s_);
   }
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     BoneMemory& bone = bones_[b];
@@ -351,7 +355,7 @@ void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
                                      (bone.observability != Observability::Full && innovation_rad > kMaxInnovation_rad);
       if (was_reinitialised) bone.angular_velocity_rad_s.setZero();
       const Eigen::Vector3d filtered_rad_s =
-          bone.angular_velocity_rad_s + kVelocityGain * (rotation_rad / step_s - bone.angular_velocity_rad_s);
+          bone.angular_velocity_rad_s + velocity_gain * (rotation_rad / step_s - bone.angular_velocity_rad_s);
       // Velocity is updated only about axes that were observed before and are observed now.
       const Eigen::Vector3d observed_change_rad_s =
           bone.observed_fraction * (bone.previous_observed_fraction * (filtered_rad_s - coasting_rad_s));
@@ -367,7 +371,8 @@ void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
   std::copy(pose_.locals().begin(), pose_.locals().end(), committed_.begin());
   for (std::size_t m = 0; m < markers_.size(); ++m) {
     const Eigen::Vector3d position_m = predicted_position(m);
-    if (motion) markers_[m].velocity_m_s = (position_m - markers_[m].position_m) / step_s;
+    Eigen::Vector3d& velocity_m_s = markers_[m].velocity_m_s;
+    if (motion) velocity_m_s += gain_factor * ((position_m - markers_[m].position_m) / step_s - velocity_m_s);
     markers_[m].position_m = position_m;
   }
   for (const kinematics::Observation& one : seen) {

@@ -15,6 +15,7 @@
 #include "pose/initial_pose_solver.h"
 #include "pose/joint_drift_covariance.h"
 #include "pose/running_mean_rotation.h"
+#include "pose/set_interval.h"
 #include "pose/swivel_plane_prior.h"
 
 namespace mocap::pose {
@@ -176,6 +177,7 @@ class SkeletonTracker {
   Timestamp at_;  // of the last `predict`
   double residual_m_ = 0.0;
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
+  SetInterval interval_;
   std::vector<BoneMemory> bones_;
   std::vector<MarkerMemory> markers_;
   std::vector<int> bone_depth_;           // by bone: number of ancestors

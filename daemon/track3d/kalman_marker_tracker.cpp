@@ -1,6 +1,7 @@
 #include "track3d/kalman_marker_tracker.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -111,6 +112,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       }
     }
     tracks_.assign(measurements_);
+    for (Tracks::Track& track : tracks_.tracks()) track.measurable = is_measurable(track, predicted.cameras);
     tracks_.update(measurements_, [this](const filter::Seen<3>& seen) { return filter::Kalman<3>(kalman_, seen); });
     for (const BearingOnlyObservation& ray : bearing_only) update_by_bearing(ray, predicted);
     report_tracks(markers, predicted);
@@ -134,6 +136,12 @@ class KalmanMarkerTracker final : public MarkerTracker {
   }
 
  private:
+  // Whether at least two of the cameras that saw the marker last have an image in the set. The probability of detection
+  // is 0 in any other set, so the absence of a measurement says nothing (decision 0002).
+  static bool is_measurable(const Tracks::Track& track, CameraBits cameras) {
+    return cameras == 0 || track.seen_by == 0 || std::popcount(track.seen_by & cameras) >= 2;
+  }
+
   // Appends the measurement of a point and whether it is usable.
   void add_measurement(const WorldPoint& position, const Eigen::Matrix3d& covariance_m2) {
     measurements_.push_back({position.v, covariance_m2});
@@ -199,7 +207,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (!seen) continue;
       out.residual_px = markers[track.measurement].residual_px;
       out.cameras = markers[track.measurement].cameras;
-      out.seen_by = markers[track.measurement].seen_by;
+      out.seen_by = track.seen_by = markers[track.measurement].seen_by;
       // A measurement that was matched to the prediction of another track, which rejected it, has no prediction.
       if (prediction != nullptr && (predicted_by_body || prediction->track.value == track.id))
         out.prediction = markers[track.measurement].prediction;

@@ -13,6 +13,7 @@
 #include "base/time.h"
 #include "filter/point_filter.h"
 #include "geometry/assignment.h"
+#include "model/camera_bits.h"
 
 namespace mocap::track3d {
 
@@ -48,10 +49,13 @@ class PointTracks {
     filter::Gate<N> gate;  ///< predicted for the current set
     std::uint32_t id = kNone;
     std::uint32_t age_sets = 1;
-    std::uint32_t missed_sets = 0;
+    std::uint32_t missed_sets = 0;      ///< since the last measurement; only sets that could measure the point
     std::uint32_t measurement = kNone;  ///< index in the measurements of the current set
     bool confirmed = false;
     Timestamp seen_at;
+    bool coasts = false;     ///< was not measured in the last set
+    bool measurable = true;  ///< the current set could measure the point; `advance` sets it to true
+    CameraBits seen_by = 0;  ///< the cameras of the last measurement, if they are known
   };
 
   /// The ids ascend from `first_id`.
@@ -95,7 +99,7 @@ class PointTracks {
   bool has_ended(const Track& track, const filter::Gate<N>& gate, Timestamp at) const {
     if (at - track.seen_at > life_.max_coast) return true;
     const double most_trace = N * life_.max_coast_sigma_u * life_.max_coast_sigma_u;
-    return track.missed_sets > 0 && !(gate.covariance.trace() <= most_trace);
+    return track.coasts && !(gate.covariance.trace() <= most_trace);
   }
 
   /// Advances all tracks to `at` and removes those that end. `measurements`: number of measurements of the set.
@@ -107,6 +111,7 @@ class PointTracks {
       track.filter.predict(dt_s);
       track.gate = track.filter.gate();
       track.measurement = kNone;
+      track.measurable = true;
     }
     std::erase_if(tracks_, [&](const Track& track) { return has_ended(track, track.gate, at); });
     is_assigned_.assign(measurements, 0);
@@ -136,14 +141,15 @@ class PointTracks {
     assign_to(false, measurements);
   }
 
-  /// Updates the observed tracks, lets the others coast, and initiates a track for each unassigned measurement with the
-  /// filter of `make_filter`. At the bound no track is initiated.
+  /// Updates the observed tracks, lets the others coast (those that are `measurable` have missed a set), and initiates
+  /// a track for each unassigned measurement with the filter of `make_filter`. At the bound no track is initiated.
   template <class MakeFilter>
   void update(std::span<const filter::Seen<N>> measurements, MakeFilter&& make_filter) {
     for (Track& track : tracks_) {
       ++track.age_sets;
-      if (track.measurement == kNone) {
-        ++track.missed_sets;
+      track.coasts = track.measurement == kNone;
+      if (track.coasts) {
+        if (track.measurable) ++track.missed_sets;
         track.filter.coast();
         continue;
       }
@@ -156,7 +162,12 @@ class PointTracks {
     for (std::uint32_t i = 0; i < measurements.size() && tracks_.size() < max_tracks_ && next_id_ != kNone; ++i) {
       if (is_assigned_[i] != 0) continue;
       const F filter = make_filter(measurements[i]);
-      tracks_.push_back({filter, filter.gate(), next_id_++, 1, 0, i, life_.confirm_sets <= 1, at_});
+      tracks_.push_back({.filter = filter,
+                         .gate = filter.gate(),
+                         .id = next_id_++,
+                         .measurement = i,
+                         .confirmed = life_.confirm_sets <= 1,
+                         .seen_at = at_});
     }
   }
 
@@ -222,7 +233,7 @@ class PointTracks {
   void add_pairs(std::uint32_t row, std::span<const filter::Seen<N>> measurements, double max_variance) {
     const Track& track = tracks_[rows_[row]];
     const filter::Gate<N>& gate = track.gate;
-    const bool may_be_outlier = life_.outlier_probability > 0.0 && track.confirmed && track.missed_sets == 0;
+    const bool may_be_outlier = life_.outlier_probability > 0.0 && track.confirmed && !track.coasts;
     const double sigmas = life_.gate_sigmas * (may_be_outlier ? life_.outlier_scale : 1.0);
     const filter::Vector<N> reach = gate.reach(sigmas, max_variance);
     const std::size_t first_pair = pairs_.size();

@@ -99,6 +99,41 @@ TEST(SubjectSearch, IdentifiesAFittedBodyInAnotherPose) {
   EXPECT_GE(2 * labelled, search.set.markers.size());
 }
 
+// As with a camera that is not synchronised: the sets between have one view, in which no track can be measured.
+TEST(SubjectSearch, IdentifiesABodyBetweenSetsThatMeasureNothing) {
+  Search search(true);
+  TrackedMarkers coasting = search.tracked;
+  for (TrackedMarker& track : coasting) track.state = TrackState::Coasting;
+  Timestamp at = from_ns(1'000'000'000);
+  const RecognisedSubject* found = nullptr;
+
+  for (int set = 0; set < 400 && found == nullptr; ++set, at += kStep) {
+    const TrackedMarkers& tracked = set % 3 == 0 ? search.tracked : coasting;
+    test::update(search.tracks, tracked);
+    search.stationary.update(tracked, at);
+    found = search.search.step(search.tracks, search.stationary, at);
+  }
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(found->track_of_marker[0], search.tracked[0].id);
+}
+
+TEST(SubjectSearch, GivesUpABodyWhoseTracksAreMissed) {
+  Search whole(true);
+  ASSERT_NE(whole.run(std::chrono::seconds(2)), nullptr);
+  Search search(true);
+  ASSERT_EQ(search.run(whole.duration), nullptr);  // all sets but the last, which would identify the body
+  ASSERT_TRUE(search.search.busy());
+
+  for (TrackedMarker& track : search.tracked) {
+    track.state = TrackState::Coasting;
+    track.missed_sets = 1;
+  }
+
+  EXPECT_EQ(search.run(kStep), nullptr);
+  EXPECT_FALSE(search.search.busy());
+}
+
 TEST(SubjectSearch, FindsNothingAmongTracksWithALabel) {
   Search search(true);
 

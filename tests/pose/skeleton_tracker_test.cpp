@@ -97,6 +97,33 @@ TEST(SkeletonTracker, IncreasesTheCovarianceOfAHiddenMarkerWithTime) {
   EXPECT_GT(std::sqrt(late(0, 0)), 0.10);
 }
 
+// A camera that is not synchronised adds sets without a marker, one shortly before each other set. The markers have 1
+// mm noise, which is divided by the interval of two sets where a velocity is estimated.
+TEST(SkeletonTracker, FollowsABodyBetweenSetsThatAreNearTheirSuccessors) {
+  const MarkerSet set = person("openmocap18");
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
+  SkeletonTracker body(set, {});
+  truth.set_locals(swinging(set, 0));
+  ASSERT_TRUE(body.start(see(truth), at(0)));
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise_m(0.0, 0.001);
+
+  for (int step = 1; step < 120; ++step) {
+    follow(body, {}, at(step) - std::chrono::microseconds(650));
+    truth.set_locals(swinging(set, step));
+    std::vector<kinematics::Observation> seen = see(truth);
+    for (kinematics::Observation& one : seen) {
+      for (double& axis : one.position) axis += noise_m(random);
+    }
+    body.predict(at(step));
+    const double error_m = (body.predicted_position(0) - truth.marker_at(0)).norm();
+    (void)body.update(seen);
+    body.commit(seen);
+
+    if (step > 10) EXPECT_LT(error_m, 0.03) << step;
+  }
+}
+
 TEST(SkeletonTracker, FindsAHandThatReappearsElsewhere) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hand = marker_named(set, "LeftHand");

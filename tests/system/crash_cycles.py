@@ -47,6 +47,7 @@ class Totals:
 
 
 class CrashCycles:
+    feed_may_drop = False
     early_kills = 0.1  # the share of kills while the daemon starts; the others come after the first take began
 
     def __init__(self, seed, desk, kept_ms=KEPT_MS):
@@ -105,7 +106,7 @@ class CrashCycles:
     def check(self, feed, orders):
         done = [each for each in orders.answers if each.code == control_pb2.CODE_DONE] if orders else []
         expect(feed.undescribed == 0, f"{feed.undescribed} snapshots came before their description")
-        expect(feed.gaps == 0, f"{feed.gaps} snapshots were lost between daemon and subscriber")
+        expect(self.feed_may_drop or feed.gaps == 0, f"{feed.gaps} snapshots were lost between daemon and subscriber")
         self.totals.orders.update(each.name for each in done)
         self.check_audit(done)
         faults = toml_faults(self.daemon.state)

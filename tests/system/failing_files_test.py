@@ -177,6 +177,7 @@ class OutOfMemory(CrashCycles):
     """The daemon is not killed: 5 % of its allocations fail. The hot path allocates nothing; other threads may end the daemon, as
     the service manager expects: it starts the daemon again."""
     early_kills = 0
+    feed_may_drop = True  # a message for which there is no memory
     ended = collections.Counter()
 
     def start(self):

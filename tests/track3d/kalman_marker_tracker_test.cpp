@@ -43,11 +43,13 @@ struct Watch {
   double t_s() const { return set / rate_hz; }
   Timestamp at() const { return from_ns(1'000'000'000) + from_s(t_s()); }
 
-  const TrackedMarkers& see(const std::vector<Marker>& seen) {
+  /// `cameras`: those that have an image in the set.
+  const TrackedMarkers& see(const std::vector<Marker>& seen, CameraBits cameras = 0) {
     Markers markers;
     for (const Marker& marker : seen) markers.push_back(marker);
     Predictions predicted;
     predicted.at = at();
+    predicted.cameras = cameras;
     ++set;
     return tracker->step(markers, predicted);
   }
@@ -200,6 +202,22 @@ TEST(KalmanMarkerTracker, FindsAnOccludedMarkerAgain) {
   EXPECT_EQ(back[0].id, id);
   EXPECT_EQ(back[0].state, TrackState::Confirmed);
   EXPECT_EQ(back[0].missed_sets, 0U);
+}
+
+TEST(KalmanMarkerTracker, AMarkerMissesOnlySetsOfTwoCamerasThatSawIt) {
+  Watch watch(100.0);
+  Marker marker = marker_at({0, 0, 1});
+  marker.seen_by = 0b0111;
+  for (int k = 0; k < 10; ++k) (void)watch.see({marker}, 0b1111);
+
+  for (const CameraBits cameras : {0b1000, 0b1001, 0b0001, 0b1100}) {
+    const TrackedMarkers& unseen = watch.see({}, cameras);
+    ASSERT_EQ(unseen.size(), 1U);
+    EXPECT_EQ(unseen[0].state, TrackState::Coasting);
+    EXPECT_EQ(unseen[0].missed_sets, 0U) << cameras;
+  }
+
+  EXPECT_EQ(watch.see({}, 0b0101)[0].missed_sets, 1U);
 }
 
 TEST(KalmanMarkerTracker, EndsATrackThatIsHiddenLongerThanMaxCoast) {

@@ -30,12 +30,13 @@ TrackLife usual_life() {
 struct Tracker {
   explicit Tracker(const TrackLife& life, std::size_t max_tracks = 50) : tracks(life, max_tracks, 50) {}
 
-  void see(const std::vector<Point>& points) {
+  void see(const std::vector<Point>& points, bool measurable = true) {
     measurements.clear();
     for (const Point& point : points)
       measurements.push_back({point, kSigma_m * kSigma_m * filter::Matrix<3>::Identity()});
     tracks.advance(from_ns(0) + from_s(kStep_s * ++set), measurements.size());
     tracks.assign(measurements);
+    for (Tracks::Track& track : tracks.tracks()) track.measurable = measurable;
     update();
   }
   void update() {
@@ -112,6 +113,24 @@ TEST(PointTracks, CoastForTheirTimeThenEndAndNeverUseAnIdAgain) {
   tracker.see({point});
   ASSERT_EQ(tracker.tracks.tracks().size(), 1U);
   EXPECT_GT(tracker.tracks.tracks()[0].id, id);
+}
+
+TEST(PointTracks, MissNoSetThatCouldNotMeasureThem) {
+  Tracker tracker(usual_life());
+  const Point known(0.0, 0.0, 1.0), young(1.0, 0.0, 1.0);
+  for (int i = 0; i < 3; ++i) tracker.see({known});
+  tracker.see({known, young});
+
+  for (int i = 0; i < 5; ++i) tracker.see({}, false);
+
+  ASSERT_EQ(tracker.tracks.tracks().size(), 2U);  // a tentative track ends with the first set that it misses
+  EXPECT_EQ(tracker.tracks.tracks()[0].missed_sets, 0U);
+  EXPECT_TRUE(tracker.tracks.tracks()[0].coasts);
+  tracker.see({});
+  ASSERT_EQ(tracker.tracks.tracks().size(), 1U);
+  EXPECT_EQ(tracker.tracks.tracks()[0].missed_sets, 1U);
+  for (int i = 0; i < 4; ++i) tracker.see({}, false);
+  EXPECT_TRUE(tracker.tracks.tracks().empty());  // the maximum time of coasting is for all
 }
 
 TEST(PointTracks, EndEarlyIfTheirPositionBecomesUncertain) {
