@@ -114,7 +114,7 @@ struct Health {
   double set_rate_hz = 0.0;
   std::uint64_t sets = 0;
   std::uint64_t complete_sets = 0;
-  std::uint64_t passed_over_sets = 0;       ///< sets skipped because a newer one was waiting
+  std::uint64_t passed_over_sets = 0;       ///< sets skipped: newer images of all their cameras waited
   std::uint64_t dropped_snapshots = 0;      ///< dropped because the publish queue was full
   std::uint64_t passed_over_snapshots = 0;  ///< skipped because the publisher was late and took the newest
   std::uint64_t sent_snapshots = 0;

@@ -122,8 +122,8 @@ bool FusionWorker::fuse_ready_sets(const std::stop_token& stop) {
     any = true;
     counters_.sets.add();
     if (frames->views.size() == links_.cameras.size()) counters_.complete_sets.add();
-    const bool newer_waits = !settings_.every_set && !settings_.lossless && aligner_.ready(now());
-    if (newer_waits) {
+    const bool only_newest = !settings_.every_set && !settings_.lossless;
+    if (only_newest && aligner_.is_superseded(*frames, now())) {
       counters_.passed_over_sets.add();
     } else {
       fuse(*frames, stop);

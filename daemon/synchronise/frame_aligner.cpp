@@ -96,10 +96,14 @@ void FrameAligner::add(const BlobFrame& frame) {
 
 bool FrameAligner::ready(Timestamp now) const {
   const auto first = first_exposure();
-  if (!first) return false;
+  return first && is_ready_from(*first, now);
+}
+
+// Returns whether the set that begins at `first` could be taken once the sets before are taken.
+bool FrameAligner::is_ready_from(Timestamp first, Timestamp now) const {
   const bool live = now != Timestamp::min();
-  const Timestamp end = *first + settings_.window;
-  if (is_awaiting_nobody(end, live)) return true;
+  const Timestamp end = first + settings_.window;
+  if (is_awaiting_nobody(first, end, live)) return true;
   const auto is_full = [](const CameraQueue& queue) { return queue.size == kPending; };
   return live && (now >= *first_arrival(end) + settings_.patience || std::ranges::any_of(cameras_, is_full));
 }
@@ -107,6 +111,16 @@ bool FrameAligner::ready(Timestamp now) const {
 std::optional<FrameSet> FrameAligner::take(Timestamp now) {
   if (!ready(now)) return std::nullopt;
   return gather(*first_exposure() + settings_.window);
+}
+
+bool FrameAligner::is_superseded(const FrameSet& set, Timestamp now) const {
+  std::optional<Timestamp> first;
+  for (const BlobFrame* view : set.views) {
+    const CameraQueue& queue = queue_of(view->camera);
+    if (queue.size == 0) return false;
+    first = std::min(first.value_or(queue.front().exposed_at), queue.front().exposed_at);
+  }
+  return first && is_ready_from(*first, now);
 }
 
 std::optional<Timestamp> FrameAligner::patience_ends() const {
@@ -136,10 +150,10 @@ bool FrameAligner::is_in_time(const BlobFrame& frame) const {
 }
 
 // Returns whether every expected camera has a waiting frame, in the set or after the set, or is not waited for.
-bool FrameAligner::is_awaiting_nobody(Timestamp end, bool live) const {
+bool FrameAligner::is_awaiting_nobody(Timestamp first, Timestamp end, bool live) const {
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
     const CameraQueue& queue = cameras_[c];
-    if (!queue.expected || queue.size > 0) continue;
+    if (!queue.expected || (queue.size > 0 && queue.last >= first)) continue;
     if (!live || (queue.missed_in_row < kStoppedAfterSets && is_due(c, end))) return false;
   }
   return true;

@@ -76,6 +76,10 @@ class FrameAligner {
   /// `add` or `take`.
   std::optional<FrameSet> take(Timestamp now);
 
+  /// Whether nothing is lost if a set that was taken is passed over: each camera of the set has a newer frame, and the
+  /// set of the earliest of these frames is ready. A set of other cameras alone supersedes nothing.
+  bool is_superseded(const FrameSet& set, Timestamp now) const;
+
   /// Declares that this camera delivers no more frames. Its waiting frames are still used; no set waits for the camera.
   void finish(CameraId camera);
 
@@ -123,7 +127,8 @@ class FrameAligner {
   std::optional<Timestamp> first_exposure() const;
   bool is_due(std::size_t camera, Timestamp end) const;
   bool is_in_time(const BlobFrame& frame) const;
-  bool is_awaiting_nobody(Timestamp end, bool live) const;
+  bool is_ready_from(Timestamp first, Timestamp now) const;
+  bool is_awaiting_nobody(Timestamp first, Timestamp end, bool live) const;
   std::optional<Timestamp> first_arrival(Timestamp end) const;
   FrameSet gather(Timestamp end);
   void learn_skew(const FrameSet& set);

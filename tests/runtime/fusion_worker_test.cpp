@@ -156,6 +156,20 @@ TEST(FusionWorker, FusesTheNewestSetOnlyIfLate) {
   EXPECT_EQ(queues.counters.passed_over_sets.read(), 2U);
 }
 
+// The cameras do not expose together, so each set has one view. Patience has run out for all sets.
+TEST(FusionWorker, PassesOverNoSetForAnotherCamerasSet) {
+  Queues queues(8);
+  queues.deliver(queues.west, CameraId{0}, {0, 1}, Delivery::Delivering);
+  queues.deliver(queues.east, CameraId{1}, {2}, Delivery::Delivering);
+
+  queues.run({});
+
+  EXPECT_EQ(queues.publish.snapshots.size(), 2U);
+  EXPECT_EQ(queues.publish.snapshots.front()->instants.exposed_at, kStart + milliseconds(10));
+  EXPECT_EQ(queues.counters.sets.read(), 3U);
+  EXPECT_EQ(queues.counters.passed_over_sets.read(), 1U);  // of west, which has a newer image
+}
+
 TEST(FusionWorker, DropsAndCountsSnapshotsIfTheQueueOfTheConsumerIsFull) {
   Queues queues(2);
   queues.deliver(queues.west, CameraId{0}, {0, 1, 2}, Delivery::Delivering);

@@ -56,6 +56,43 @@ TEST(FrameAligner, MeasuresPatienceFromTheFirstArrival) {
   EXPECT_TRUE(aligner.take(at(1100 + 7000 + 2000)));
 }
 
+TEST(FrameAligner, ASetIsSupersededOnlyByNewerImagesOfItsCameras) {
+  FrameAligner aligner(kSettings, 3);
+  for (const std::uint32_t camera : {0, 1}) aligner.add(seen_by(camera, 1000));
+  aligner.add(seen_by(2, 1650));  // not synchronised
+  const auto together = aligner.take(kForever);
+  ASSERT_TRUE(together);
+  ASSERT_EQ(cameras_of(*together), (std::vector<std::uint32_t>{0, 1}));
+  const Timestamp late = at(1650 + 2000);
+
+  ASSERT_TRUE(aligner.ready(late));  // the set of camera 2
+  EXPECT_FALSE(aligner.is_superseded(*together, late));
+
+  aligner.add(seen_by(0, 11000));
+  EXPECT_FALSE(aligner.is_superseded(*together, late));
+  aligner.add(seen_by(1, 11000));
+  EXPECT_TRUE(aligner.is_superseded(*together, late));
+}
+
+// One camera of four has exposures half a millisecond or more after the others, all images arrive together.
+TEST(FrameAligner, ACameraThatIsNotSynchronisedTakesNoSetFromTheOthers) {
+  for (const std::int64_t offset_us : {-5000, -650, 650, 2000, 5000}) {
+    FrameAligner aligner({.window = microseconds(500), .patience = std::chrono::milliseconds(30)}, 4);
+    int fused = 0;
+    for (std::int64_t set = 0; set < 1000; ++set) {
+      const std::int64_t t_us = 10000 * set;
+      for (const std::uint32_t camera : {0, 1, 2}) aligner.add(seen_by(camera, t_us, 8000));
+      aligner.add(seen_by(3, t_us + offset_us, 8000 - offset_us));
+      const Timestamp now = at(t_us + 8000);
+      while (const auto ready = aligner.take(now)) {
+        if (ready->views.size() == 3 && !aligner.is_superseded(*ready, now)) ++fused;
+      }
+      if (set % 100 == 99) aligner.assess_timing();
+    }
+    EXPECT_GE(fused, 990) << offset_us;
+  }
+}
+
 TEST(FrameAligner, DropsAndCountsALateFrameButNotTheNextOne) {
   FrameAligner aligner(kSettings, 2);
   aligner.add(seen_by(0, 1000));

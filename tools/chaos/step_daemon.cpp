@@ -111,7 +111,7 @@ bool StepDaemon::fuse_ready_sets(Timestamp now) {
   while (const std::optional<FrameSet> set = aligner_.take(now)) {
     any = true;
     counts_.used += set->views.size();
-    if (aligner_.ready(now)) {
+    if (aligner_.is_superseded(*set, now)) {
       ++counts_.passed_over;
     } else {
       fuse(*set, now);
