@@ -30,6 +30,24 @@ TEST(Hub, GivesALateViewerTheCurrentDescriptionAndHealth) {
   EXPECT_EQ(hub.description()->version(), 7U);
 }
 
+TEST(Hub, GivesNobodyTheDescriptionOfADaemonThatIsGone) {
+  Hub hub("tcp://127.0.0.1:5570", kStart);
+  hub.note_link(connected());
+  hub.take({{"description", ""}, {"health", ""}}, kStart);
+
+  hub.note_link({});
+  hub.note_link(connected());
+  Viewer viewer([] {});
+  hub.join(viewer);
+  hub.subscribe(viewer, {"description", "health"});
+
+  EXPECT_FALSE(viewer.next());
+  EXPECT_EQ(hub.description(), nullptr);
+  EXPECT_EQ(hub.health(), nullptr);
+  hub.take({{"description", "new"}}, kStart);
+  EXPECT_EQ(*viewer.next()->bytes, *framed("description", "new"));
+}
+
 TEST(Hub, AsksForTheTopicsOfItsViewersOnly) {
   Hub hub("tcp://127.0.0.1:5570", kStart);
   Viewer viewer([] {});

@@ -46,6 +46,16 @@ void Hub::take(std::vector<wire::FeedMessage> messages, Timestamp now) {
   }
 }
 
+void Hub::note_link(const wire::LinkStatus& link) {
+  if (link_.connected && !link.connected) {
+    description_.reset();
+    health_.reset();
+    description_message_.reset();
+    health_message_.reset();
+  }
+  link_ = link;
+}
+
 void Hub::keep(const wire::FeedMessage& message) {
   if (message.topic == "health") {
     v1::Health health;

@@ -41,7 +41,8 @@ class Hub {
   Topics topics() const;
 
   void take(std::vector<wire::FeedMessage> messages, Timestamp now);
-  void note_link(const wire::LinkStatus& link) { link_ = link; }
+  /// When the connection ends, description and health are forgotten: the next daemon may have others.
+  void note_link(const wire::LinkStatus& link);
 
   FeedStatus status(Timestamp now) const;
   const v1::Health* health() const { return health_ ? &*health_ : nullptr; }
