@@ -2,6 +2,7 @@
 
 MOCAP_NODE_KILLS=50 kills a node that many times instead of three times."""
 
+import difflib
 import json
 import os
 import random
@@ -14,6 +15,7 @@ import unittest
 import urllib.parse
 
 from cable import THERE, other_network
+from feed_client import snapshot_pb2
 from harness import BIN, GIGE_OF_DEMO_RIG, SOURCE, Desk, free_port, until
 
 SUBJECT = f"""
@@ -61,6 +63,29 @@ driver = "node"
 endpoint = "{node}"
 {more}
 """
+
+
+def snapshots_of(data):
+    """The snapshots of a file, each after its length (varint)."""
+    snapshots, at = [], 0
+    while at < len(data):
+        length, shift = 0, 0
+        while True:
+            byte, at = data[at], at + 1
+            length, shift = length | (byte & 0x7F) << shift, shift + 7
+            if byte < 0x80:
+                break
+        snapshots.append(snapshot_pb2.Snapshot.FromString(data[at:at + length]))
+        at += length
+    return snapshots
+
+
+def first_difference(alone, fused):
+    for one, other in zip(alone, fused):
+        if one != other:
+            lines = difflib.unified_diff(str(one).splitlines(), str(other).splitlines(), "alone", "through nodes", n=0, lineterm="")
+            return f"set {one.number} of {len(alone)} and {len(fused)} differs:\n" + "\n".join(list(lines)[:60])
+    return f"{len(alone)} snapshots alone, {len(fused)} through nodes"
 
 
 def endpoint(address="127.0.0.1"):
@@ -116,7 +141,8 @@ class RecordedNodes(Nodes):
 
         one, other = ((self.desk.folder / name).read_bytes() for name in ("alone.pb", "fused.pb"))
         self.assertGreater(len(one), 50_000)
-        self.assertEqual(one, other)
+        if one != other:
+            self.fail(first_difference(snapshots_of(one), snapshots_of(other)))
 
 
 class LiveNodes(Nodes):
