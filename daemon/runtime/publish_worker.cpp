@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "base/log.h"
 
@@ -118,7 +119,7 @@ void PublishWorker::run() {
       continue;
     }
     if (ended) break;
-    if (pausing()) return apply_fits();
+    if (pausing()) return apply_fits(std::numeric_limits<std::uint32_t>::max());
     if (settings_.waiting == Waiting::Spin) continue;
     const Timestamp now = host_now();
     const Duration until_report = reported_at_ + settings_.report_every - now;
@@ -127,9 +128,10 @@ void PublishWorker::run() {
   }
 }
 
-void PublishWorker::apply_fits() {
+// Fusion may be ahead: a fit of a later snapshot waits for it.
+void PublishWorker::apply_fits(std::uint32_t version) {
   SubjectFit fit;
-  while (links_.snapshots->fits.try_pop(fit)) {
+  while (description_.version < version && links_.snapshots->fits.try_pop(fit)) {
     description_ = with_fit(std::move(description_), fit);
     log_info("subject " + description_.subjects[fit.subject.value].name,
              fmt::format("fitted, residual={:.1f}mm description={}", 1e3 * fit.residual_m, description_.version));
@@ -157,7 +159,7 @@ bool PublishWorker::send_waiting() {
 }
 
 void PublishWorker::send(Snapshot& snapshot) {
-  if (snapshot.description_version != description_.version) apply_fits();
+  apply_fits(snapshot.description_version);
   const Status sent = publisher_->publish(snapshot);
   for (const SubjectLabels& labels : snapshot.labels) {
     if (labels.subject.value >= kMaxSubjects) continue;

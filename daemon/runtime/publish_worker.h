@@ -62,7 +62,7 @@ class PublishWorker : public Pausable {
 
  private:
   void list_recordings();
-  void apply_fits();
+  void apply_fits(std::uint32_t version);
   bool send_waiting();
   void send(Snapshot& snapshot);
   void update_control(const Snapshot& snapshot);

@@ -67,6 +67,16 @@ struct Queues {
     ASSERT_TRUE(snapshots.snapshots.try_push(*snapshot));
   }
 
+  // One bone and one marker; `x_m`: the offset of the marker.
+  void push_fit(std::uint32_t version, double x_m) {
+    SubjectFit fit;
+    fit.subject = SubjectId{0};
+    fit.description_version = version;
+    fit.rest_offsets_m.push_back({0.0, 0.0, 0.9});
+    fit.marker_offsets_m.push_back({x_m, 0.0, 0.0});
+    ASSERT_TRUE(snapshots.fits.try_push(fit));
+  }
+
   void run(const PublishWorkerSettings& settings) {
     snapshots.ended = true;
     PublishWorker worker(std::make_unique<RecordingPublisher>(calls), description, settings,
@@ -110,12 +120,7 @@ TEST(PublishWorker, DescribesAFitBeforeTheFirstSnapshotThatUsesIt) {
   Subject& anna = queues.description.subjects.emplace_back();
   anna.marker_set.skeleton.bones.resize(1);
   anna.marker_set.markers.resize(1);
-  SubjectFit fit;
-  fit.subject = SubjectId{0};
-  fit.description_version = 2;
-  fit.rest_offsets_m.push_back({0.0, 0.0, 0.9});
-  fit.marker_offsets_m.push_back({0.1, 0.0, 0.0});
-  ASSERT_TRUE(queues.snapshots.fits.try_push(fit));
+  queues.push_fit(2, 0.1);
   queues.push(1, 1);
   queues.push(2, 2);
 
@@ -128,6 +133,20 @@ TEST(PublishWorker, DescribesAFitBeforeTheFirstSnapshotThatUsesIt) {
   Description to_control;
   ASSERT_TRUE(queues.control.descriptions.try_pop(to_control));
   EXPECT_EQ(to_control.version, 2U);
+}
+
+TEST(PublishWorker, DescribesNoFitOfALaterSnapshot) {
+  Queues queues;
+  Subject& anna = queues.description.subjects.emplace_back();
+  anna.marker_set.skeleton.bones.resize(1);
+  anna.marker_set.markers.resize(1);
+  for (const std::uint32_t version : {2, 3}) queues.push_fit(version, 0.1 * version);  // fusion is ahead
+  for (const std::uint32_t version : {1, 2, 3}) queues.push(version, version);
+
+  queues.run(every_snapshot());
+
+  EXPECT_THAT(queues.calls.messages,
+              ElementsAre("description 1", "snapshot 1", "description 2", "snapshot 2", "description 3", "snapshot 3"));
 }
 
 // The sentences in the last report, after one snapshot with the subject in `phase` and with a reason that it is

@@ -191,6 +191,7 @@ void TakeDesk::cut(double kept) {
 void TakeDesk::fill_disk(double free_bytes) {
   const bool open = !open_take_.empty() && fs::exists(open_take_);
   const auto size = open ? static_cast<double>(fs::file_size(open_take_)) : 0.0;
+  free_disk();  // each limit restores the one before it
   limit_ = std::make_unique<Limit>(static_cast<rlim_t>(size + free_bytes));
 }
 
