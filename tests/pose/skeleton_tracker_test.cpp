@@ -120,7 +120,9 @@ TEST(SkeletonTracker, FollowsABodyBetweenSetsThatAreNearTheirSuccessors) {
     (void)body.update(seen);
     body.commit(seen);
 
-    if (step > 10) EXPECT_LT(error_m, 0.03) << step;
+    if (step > 10) {
+      EXPECT_LT(error_m, 0.03) << step;
+    }
   }
 }
 

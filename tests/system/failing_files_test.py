@@ -177,20 +177,24 @@ class OutOfMemory(CrashCycles):
     """The daemon is not killed: 5 % of its allocations fail. The hot path allocates nothing; other threads may end the daemon, as
     the service manager expects: it starts the daemon again."""
     early_kills = 0
-    feed_may_drop = True  # a message for which there is no memory
     ended = collections.Counter()
 
     def start(self):
         preload = f"LD_PRELOAD={CONTROL} {CONTROL.parent}/fiu_posix_preload.so"
         return self.desk.start("/usr/bin/env", preload, f"FIU_CTRL_FIFO={self.desk.folder}/fiu", BIN / "mocapd", *self.daemon.arguments)
 
-    def kill(self, program):
+    def unexpected_gaps(self, _):
+        """Those before the allocations fail: without memory the feed drops a message."""
+        return self.gaps_with_memory
+
+    def kill(self, program, feed):
+        self.gaps_with_memory = feed.gaps
         subprocess.run(["fiu-ctrl", "-f", self.desk.folder / "fiu", "-c", "enable_random name=libc/mm/*,probability=0.05",
                         str(program.process.pid)], capture_output=True, timeout=LONG_S, check=False)
         try:
             code = program.wait(5)
         except subprocess.TimeoutExpired:
-            super().kill(program)
+            super().kill(program, feed)
             code = "ran on"
         self.ended[code] += 1
         expect(code in ("ran on", -signal.SIGABRT, 69, 70), f"the daemon ended with {code}:\n{program.output()}")
