@@ -28,30 +28,16 @@ constexpr double kFullyObservedFraction = 0.8;
 // Standard deviation of the prediction of a joint that no marker observes about any axis. Chosen by hand; not yet
 // measured.
 constexpr double kUnseenJointSigma_rad = 0.02;
-// Time constants of a hidden joint: decay of its velocity, and reversion to its running mean. The rotations of
-// shoulders, elbows, hips and knees in recordings, 0.05 to 0.5 s ahead, are predicted best with 0.05 to 0.1 s and 0.5 s
-// (decision 0012).
-constexpr double kCoastTimeConstant_s = 0.1;
+// Time constant with which a hidden joint reverts to its running mean (decision 0012).
 constexpr double kMeanReversionTimeConstant_s = 0.5;
-// After a longer gap between sets velocities carry no information; the prediction extrapolates at most this far. Chosen
-// by hand; not yet measured.
-constexpr double kMaxGap_s = 0.25;
 // Standard deviation of a marker's position on the body: skin motion and fit. Chosen by hand; not yet measured.
 constexpr double kSkinSigma_m = 0.005;
-// Gain and bound of the learned marker bias: slow and bounded, so that a wrong label has little effect. Chosen by hand;
-// not yet measured.
-constexpr double kBiasGain = 0.05;
-constexpr double kMaxBias_m = 0.02;
 // Scale of the robust cost in the wide search, and one that disables it. Chosen by hand; not yet measured.
 constexpr double kWideOutlier_m = 0.3;
 constexpr double kNoOutlier_m = 1e3;
 // Fits with the same observing markers that share one computation of the observed fractions. Chosen by hand; not yet
 // measured.
 constexpr int kCovarianceInterval = 8;
-// A larger rotation between two sets, or a larger innovation of a joint without an own marker, is a reinitialisation
-// and no motion (decision 0010). Chosen by hand; not yet measured.
-constexpr double kMaxStepRotation_rad = 0.8;
-constexpr double kMaxInnovation_rad = 0.25;
 constexpr double kNever_s = 1e3;
 
 }  // namespace
@@ -323,71 +309,6 @@ kinematics::PoseFitResult SkeletonTracker::solve(std::span<const kinematics::Obs
   if (second.cost < first.cost) return second;
   pose_.set_locals(fallback_pose_);
   return first;
-}
-
-void SkeletonTracker::commit(std::span<const kinematics::Observation> seen) {
-  const double step_s = to_s(at_ - committed_at_);
-  const double decay = std::exp(-std::max(0.0, step_s) / kCoastTimeConstant_s);
-  // A change of the body model is no motion.
-  const bool motion = step_s > 0.0 && step_s <= kMaxGap_s && !refitted_;
-  // Gain of the velocity filter: halves the noise of the pose and follows a change of velocity within two sets. Chosen
-  // by hand; not yet measured.
-  constexpr double kVelocityGain = 0.5;
-  if (motion) interval_.add(step_s);
-  const double gain_factor = interval_.gain_factor(step_s);
-  const double velocity_gain = kVelocityGain * gain_factor;
-  if (seen.empty()) {
-    velocity_m_s_ *= decay;
-  } else if (motion) {
-    velocity_m_s_ += velocity_gain * ((pose_.locals()[0].position - committed_[0].position) / step_s - velocity_m_s_);
-  }
-  for (std::size_t b = 0; b < bones_.size(); ++b) {
-    BoneMemory& bone = bones_[b];
-    const Eigen::Vector3d coasting_rad_s = decay * bone.angular_velocity_rad_s;
-    if (!motion) {
-      bone.angular_velocity_rad_s = coasting_rad_s;
-    } else {
-      const Eigen::Quaterniond& now = pose_.locals()[b].rotation;
-      const Eigen::Vector3d rotation_rad = kinematics::rotation_vector(now * committed_[b].rotation.conjugate());
-      const double innovation_rad = kinematics::rotation_vector(now * predicted_[b].rotation.conjugate()).norm();
-      // A reinitialised limb did not move: its earlier pose was wrong.
-      const bool was_reinitialised = rotation_rad.norm() > kMaxStepRotation_rad || reinitialised_[b] != 0 ||
-                                     (bone.observability != Observability::Full && innovation_rad > kMaxInnovation_rad);
-      if (was_reinitialised) bone.angular_velocity_rad_s.setZero();
-      const Eigen::Vector3d filtered_rad_s =
-          bone.angular_velocity_rad_s + velocity_gain * (rotation_rad / step_s - bone.angular_velocity_rad_s);
-      // Velocity is updated only about axes that were observed before and are observed now.
-      const Eigen::Vector3d observed_change_rad_s =
-          bone.observed_fraction * (bone.previous_observed_fraction * (filtered_rad_s - coasting_rad_s));
-      if (!was_reinitialised) bone.angular_velocity_rad_s = coasting_rad_s + observed_change_rad_s;
-    }
-    bone.previous_observed_fraction = bone.observed_fraction;
-    if (b > 0 && !seen.empty()) mean_rotation_.update(b, pose_.locals()[b].rotation, bone.observed_fraction, step_s);
-    if (!seen.empty() && hinge_axes_.update(b, pose_.locals()[b].rotation, bone.observed_fraction, step_s))
-      pose_.set_hinge_axis(b, hinge_axes_.nominal_from_calibrated(b));
-    if (!seen.empty()) swivel_planes_.update(b, pose_.locals()[b].rotation, bone.observed_fraction, step_s);
-    joint_drift_.step(b, seen.empty() ? Eigen::Matrix3d::Zero() : bone.observed_fraction, step_s);
-  }
-  std::copy(pose_.locals().begin(), pose_.locals().end(), committed_.begin());
-  for (std::size_t m = 0; m < markers_.size(); ++m) {
-    const Eigen::Vector3d position_m = predicted_position(m);
-    Eigen::Vector3d& velocity_m_s = markers_[m].velocity_m_s;
-    if (motion) velocity_m_s += gain_factor * ((position_m - markers_[m].position_m) / step_s - velocity_m_s);
-    markers_[m].position_m = position_m;
-  }
-  for (const kinematics::Observation& one : seen) {
-    if (one.bearing_only || one.is_ambiguous || !kinematics::is_usable(one)) continue;
-    const auto m = static_cast<std::size_t>(one.marker);
-    MarkerMemory& marker = markers_[m];
-    const Pose& world = pose_.world()[static_cast<std::size_t>(pose_.marker_set().markers[m].bone)];
-    const Eigen::Vector3d off = world.rotation.conjugate() * (one.position - pose_.marker_at(m));
-    if (off.norm() < kMaxBias_m) marker.bias_m += kBiasGain * (off - marker.bias_m);
-    marker.seen_at = at_;
-    marker.ever_seen = true;
-  }
-  for (DepthGaussianSum& depth : depth_hypotheses_) depth.commit(at_);
-  committed_at_ = at_;
-  refitted_ = false;
 }
 
 Eigen::Vector3d SkeletonTracker::predicted_position(std::size_t marker) const {

@@ -131,10 +131,20 @@ class SkeletonTracker {
   // Standard deviation of a joint rotation from its prediction, from set to set. Chosen by hand; not yet measured.
   static constexpr double kMotionSigma_rad = 0.15;
 
+  // Time constant with which the velocity of a hidden joint decays. The rotations of shoulders, elbows, hips and knees
+  // in recordings, 0.05 to 0.5 s ahead, are predicted best with 0.05 to 0.1 s (decision 0012).
+  static constexpr double kCoastTimeConstant_s = 0.1;
+  // After a longer gap between sets velocities carry no information; the prediction extrapolates at most this far.
+  // Chosen by hand; not yet measured.
+  static constexpr double kMaxGap_s = 0.25;
+
   // A fit ends when no joint moves or rotates by more than this in one step, m or rad. Gauss-Newton converges
   // quadratically near the minimum, so less than a twentieth of a degree is left.
   static constexpr double kConvergedStep = 5e-4;
 
+  void commit_velocities(bool is_seen, bool motion, double step_s);
+  void learn_joint(std::size_t b, double step_s);
+  void commit_markers(std::span<const kinematics::Observation> seen, bool motion, double step_s);
   void update_observability(std::span<const kinematics::Observation> seen);
   void update_observed_fractions(std::span<const kinematics::Observation> seen);
   kinematics::PosePrior make_prior(std::size_t seen) const;
