@@ -14,6 +14,9 @@ fi
 tools/setup.sh --tests
 cmake --preset "$preset" -DBUILD_TESTING=ON >/dev/null
 cmake --build --preset "$preset"
-# One test more than processors: a system test waits a third of its time. The last lines of the output list passed, failed and
-# skipped tests.
-ctest --preset "$preset" -j "$(($(nproc) + 1))" "$@"
+# One test more than processors: a system test waits a third of its time. The last lines of the output list failed and skipped
+# tests, and why they failed.
+code=0
+ctest --preset "$preset" -j "$(($(nproc) + 1))" "$@" || code=$?
+tests/why_failed.py "build/$preset"
+exit "$code"
