@@ -18,7 +18,9 @@
 #include "calibration/plugin_calibrator.h"
 #include "cameras/aravis/usb_bandwidth.h"
 #include "cameras/jpeg_encoder.h"
+#include "cameras/node/node_settings.h"
 #include "cameras/open_camera.h"
+#include "cameras/ptp/pmc_clock.h"
 #include "explain/search_explainer.h"
 #include "fusion/idle_parts.h"
 #include "label/body_labeller.h"
@@ -163,11 +165,21 @@ std::unique_ptr<TimecodeSource> make_timecode(const settings::DaemonSettings& se
   return timecode::make_timecode_source(settings.timecode, settings.nominal_rate_hz);
 }
 
+// Whether this daemon converts times between machines, as a node or as a fusion host.
+bool has_clocks_of_nodes(const settings::DaemonSettings& settings) {
+  const auto comes_from_a_node = [](const cameras::CameraSettings& camera) {
+    return camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
+  };
+  return !is_replay(settings) && (settings.node.on() || std::ranges::any_of(settings.cameras, comes_from_a_node));
+}
+
 // Null if this daemon is no node.
-Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& settings, AuditTrail* audit) {
+Result<std::unique_ptr<NodeServer>> open_node(const settings::DaemonSettings& settings, const PtpClock* ptp,
+                                              AuditTrail* audit) {
   if (!settings.node.on()) return std::unique_ptr<NodeServer>{};
-  Result<std::unique_ptr<wire::ZmqNodeServer>> node =
-      wire::ZmqNodeServer::open({settings.node, is_replay(settings), control_endpoint(settings)}, audit);
+  Result<std::unique_ptr<wire::ZmqNodeServer>> node = wire::ZmqNodeServer::open(
+      {.node = settings.node, .recorded = is_replay(settings), .control = control_endpoint(settings), .ptp = ptp},
+      audit);
   if (!node) return node.error();
   return std::unique_ptr<NodeServer>(std::move(*node));
 }
@@ -235,6 +247,7 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings, AuditTrail* 
   made.settings.lossless = is_replay(settings);
   made.shared = std::make_unique<SharedByCameras>();
   made.shared->epoch = host_now() + kReadyWithin;
+  if (!settings.ptp.socket.empty()) made.shared->ptp = cameras::make_pmc_clock(settings.ptp);
   for (std::uint32_t i = 0; i < settings.cameras.size(); ++i) {
     Result<runtime::CameraParts> camera = assemble_camera(settings, CameraId{i}, *made.shared);
     if (!camera) return camera.error();
@@ -264,9 +277,10 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings, AuditTrail* 
   if (!trigger) return trigger.error();
   made.parts.trigger = std::move(*trigger);
   made.parts.timecode = make_timecode(settings);
-  Result<std::unique_ptr<NodeServer>> node = open_node(settings, audit);
+  Result<std::unique_ptr<NodeServer>> node = open_node(settings, made.shared->ptp.get(), audit);
   if (!node) return node.error();
   made.parts.node = std::move(*node);
+  if (has_clocks_of_nodes(settings)) made.parts.ptp = made.shared->ptp.get();
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
 }
@@ -331,6 +345,7 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   change.timecode_continues =
       settings::same_section(before, now, "timecode") && before.nominal_rate_hz == now.nominal_rate_hz;
   if (!change.timecode_continues) change.timecode = make_timecode(now);
+  if (has_clocks_of_nodes(now)) change.ptp = shared.ptp.get();
   change.calibrator = make_calibrator(now);
   if (!now.kept.empty()) change.writers.push_back(settings::make_subject_keeper(now.kept));
   return change;

@@ -54,9 +54,11 @@ Status open_camera(const settings::DaemonSettings& settings, CameraId id, Shared
     return {};
   }
   if (const auto* node = wanted.driver.as<cameras::NodeCameraSettings>()) {
-    Result<std::unique_ptr<BlobCamera>> camera = cameras::make_node_camera(
-        id, wanted.name, *node,
-        {.counters = into.stream.get(), .window = settings.pipeline.align.window, .node_clocks = &shared.node_clocks});
+    Result<std::unique_ptr<BlobCamera>> camera = cameras::make_node_camera(id, wanted.name, *node,
+                                                                           {.counters = into.stream.get(),
+                                                                            .window = settings.pipeline.align.window,
+                                                                            .node_clocks = &shared.node_clocks,
+                                                                            .ptp = shared.ptp.get()});
     if (!camera) return camera.error();
     deliver_blobs(std::move(*camera), into);
     into.failures = &shared.node_failures;

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <memory>
+
 #include "base/result.h"
 #include "base/time.h"
 #include "cameras/node/node_clock.h"
 #include "model/ids.h"
+#include "module/ptp_clock.h"
 #include "runtime/pipeline.h"
 #include "settings/daemon_settings.h"
 
@@ -13,6 +16,7 @@ namespace mocap {
 struct SharedByCameras {
   Timestamp epoch;  ///< simulated cameras that run in real time start here, unless their settings have an epoch
   cameras::NodeClocks node_clocks;
+  std::unique_ptr<PtpClock> ptp;  ///< null: [ptp] is off
   runtime::FailureFold node_failures;
 };
 

@@ -168,10 +168,11 @@ enum class Outcome {
   Fails,     ///< a part could not be opened
 };
 
-// Whether nothing of the pipeline can continue: the run has another clock, or its node another port or other keys.
+// Whether nothing of the pipeline can continue: the run has another clock, or its node another port or other keys, or
+// the clocks of nodes another source.
 bool must_restart(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
   const bool is_node = before.node.on() || now.node.on();
-  return is_replay(before) != is_replay(now) ||
+  return is_replay(before) != is_replay(now) || !(before.ptp == now.ptp) ||
          (is_node && !(settings::same_section(before, now, "node") && settings::same_section(before, now, "security")));
 }
 

@@ -61,7 +61,7 @@ THIRD_PARTIES = {
 SYSTEM = re.compile(
     r"^([a-z_0-9]+"  # <vector>, <cstdint>
     r"|(sys|linux|netinet|arpa|net)/[a-z_0-9]+\.h"
-    r"|(unistd|fcntl|pthread|sched|poll|signal|dirent|dlfcn|endian|byteswap|[a-z]?mmintrin|immintrin|x86intrin|cpuid|malloc|stdlib|"
+    r"|(unistd|fcntl|pthread|sched|spawn|poll|signal|dirent|dlfcn|endian|byteswap|[a-z]?mmintrin|immintrin|x86intrin|cpuid|malloc|stdlib|"
     r"string|errno|time|ifaddrs|execinfo|sysexits|syslog|netdb|cxxabi)\.h)$")
 
 # Folders that may log. Every other folder is pure: it computes and returns results and errors to its caller.

@@ -35,8 +35,8 @@ test_packages=(
   prometheus
   # a virtual machine, for a real V4L2 driver
   qemu-system-x86 busybox-static
-  # nodes that announce themselves
-  avahi-daemon
+  # nodes that announce themselves, and whose clocks follow PTP
+  avahi-daemon linuxptp
   # the client library for Windows: compiler, tools for Microsoft's import library, and Wine to run it
   g++-mingw-w64-x86-64-posix llvm lld wine64
 )

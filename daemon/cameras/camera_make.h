@@ -17,6 +17,7 @@
 #include "model/ids.h"
 #include "model/skeleton.h"
 #include "module/camera.h"
+#include "module/ptp_clock.h"
 #include "module/stream_counters.h"
 
 namespace mocap::cameras {
@@ -31,6 +32,7 @@ struct CameraSurroundings {
   /// Exposures of one set differ by at most this time: images whose times are less certain are refused.
   Duration window = std::chrono::microseconds(500);
   NodeClocks* node_clocks = nullptr;  ///< shared by the cameras of nodes; null: a camera has a clock of its own
+  const PtpClock* ptp = nullptr;      ///< of this machine, for the clocks of nodes
 };
 
 /// One feature of a camera, with its current value.

@@ -38,6 +38,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   set_takes(std::move(parts.takes));
   set_trigger(std::move(parts.trigger));
   start_timecode(std::move(parts.timecode));
+  set_ptp(parts.ptp);
   if (!parts.writers.empty()) {
     to_side_ = std::make_unique<SnapshotChannel>(at_least_one(settings_.side_queue_snapshots));
     side_worker_ =

@@ -15,6 +15,7 @@
 #include "module/blob_writer.h"
 #include "module/control_server.h"
 #include "module/node_server.h"
+#include "module/ptp_clock.h"
 #include "module/preview_encoder.h"
 #include "module/publisher.h"
 #include "module/search_explainer.h"
@@ -54,6 +55,7 @@ struct PipelineParts {
   std::unique_ptr<TimecodeSource> timecode = {};         ///< none: snapshots have no timecode
   std::unique_ptr<PreviewEncoder> preview_encoder = {};  ///< none: no previews are made
   std::unique_ptr<NodeServer> node = {};                 ///< none: this daemon is no node; continues in a change
+  PtpClock* ptp = nullptr;                               ///< outlives the pipeline; null: no clock of a node needs it
   std::unique_ptr<RigCalibrator> calibrator = {};        ///< none: nothing is calibrated
   AuditTrail* audit = nullptr;                           ///< outlives the pipeline; null: nothing is noted
 };
@@ -95,6 +97,7 @@ struct PipelineChange {
   std::vector<TakeFile> take_files = {};          ///< of takes that start later, if takes_continue
   std::unique_ptr<TimecodeSource> timecode = {};  ///< null: snapshots have no timecode, or timecode_continues
   bool timecode_continues = false;
+  PtpClock* ptp = nullptr;  ///< as PipelineParts::ptp: the same object in all changes
   std::unique_ptr<RigCalibrator> calibrator = {};  ///< null: nothing is calibrated
   OpenPart<TriggerParts> open_trigger = {};        ///< may return null: takes have no remote triggers
 };
@@ -209,6 +212,7 @@ class Pipeline {
   void change_takes(PipelineChange& change);
   void start_timecode(std::unique_ptr<TimecodeSource> source);
   void stop_timecode();
+  void set_ptp(PtpClock* clock);
   void start_publish();
   void start_fusion();
   void start_control();
@@ -263,6 +267,7 @@ class Pipeline {
   std::jthread take_disk_thread_;
   std::jthread trigger_thread_;
   std::jthread timecode_thread_;
+  std::jthread ptp_thread_;
   std::jthread preview_thread_;
   std::jthread node_thread_;
   std::jthread calibration_thread_;

@@ -28,6 +28,7 @@ Status Pipeline::change(PipelineChange change) {
     stop_timecode();
     start_timecode(std::move(change.timecode));
   }
+  set_ptp(change.ptp);
   std::unique_ptr<BlobRecorder> ended_recorder = pause_recorder(change);
   pause_explain();
   pause_previews();

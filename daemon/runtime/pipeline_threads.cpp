@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "runtime/pipeline.h"
+#include "runtime/ptp_worker.h"
 
 namespace mocap::runtime {
 namespace {
@@ -177,6 +178,19 @@ void Pipeline::stop_timecode() {
   static_cast<void>(timecode_channel_.to_takes.try_push({}));  // a take that waits for a timecode waits for ever
 }
 
+// Null: no thread.
+void Pipeline::set_ptp(PtpClock* clock) {
+  if ((clock != nullptr) == ptp_thread_.joinable()) return;
+  if (clock == nullptr) {
+    ptp_thread_ = {};
+    return;
+  }
+  ptp_thread_ = std::jthread([clock](const std::stop_token& token) {
+    name_this_thread("mocap-ptp");
+    PtpWorker(*clock).run(token);
+  });
+}
+
 void Pipeline::start_publish() {
   publish_worker_->resume();
   publish_thread_ = std::jthread([this] {
@@ -230,6 +244,7 @@ void Pipeline::stop() {
   if (publish_thread_.joinable()) publish_thread_.join();
   if (side_thread_.joinable()) side_thread_.join();
   stop_timecode();
+  set_ptp(nullptr);
   explain_thread_.request_stop();
   if (search_) search_->there_is_work.signal();
   if (explain_thread_.joinable()) explain_thread_.join();

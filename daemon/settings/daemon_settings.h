@@ -12,6 +12,7 @@
 #include "base/log.h"
 #include "base/result.h"
 #include "cameras/camera_settings.h"
+#include "cameras/ptp/ptp_settings.h"
 #include "detect/detect_settings.h"
 #include "drift/drift_settings.h"
 #include "label/label_settings.h"
@@ -74,6 +75,7 @@ struct DaemonSettings {
   take::TakesSettings takes;
   trigger::TriggerSettings trigger;
   timecode::TimecodeSettings timecode;
+  cameras::PtpSettings ptp;
   audit::AuditSettings audit;
   runtime::PipelineSettings pipeline;
 

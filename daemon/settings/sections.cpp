@@ -83,6 +83,8 @@ constexpr Section kSections[] = {
     {"trigger", "takes that other programs start and stop over UDP, and programs that record with this one",
      declare<&All::trigger>, faults<&All::trigger>},
     {"timecode", "the timecode of snapshots and takes; a replay has none", declare<&All::timecode>, kNoRules},
+    {"ptp", "the clocks of nodes and of their fusion host, where linuxptp synchronises both", declare<&All::ptp>,
+     kNoRules},
     {"reopen", "a camera that failed or fell silent; the others go on", declare_reopen, reopen_faults, "operation"},
     {"audit",
      "the log of connections, orders and changes; a relative name is in the state folder of the service "

@@ -4,6 +4,7 @@
 #include <zmq.h>
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <mutex>
 #include <utility>
@@ -55,6 +56,14 @@ template <class Camera>
 bool possible_size(const Camera& camera) {
   constexpr std::uint32_t kMaxSide_px = 16384;
   return camera.width_px() <= kMaxSide_px && camera.height_px() <= kMaxSide_px;
+}
+
+// Whether a clock can have this time: at most 200 years after its epoch, and not faster or slower than a crystal.
+bool possible(const v1::NodeEcho::PtpTime& ptp) {
+  constexpr std::int64_t kLatest_ns = 200LL * 365 * 24 * 3600 * 1'000'000'000;
+  constexpr double kFastest = 1e-2;
+  return ptp.time_ns() >= 0 && ptp.time_ns() < kLatest_ns && ptp.uncertainty_ns() >= 0 &&
+         std::abs(ptp.rate()) <= kFastest;
 }
 
 // Text of a peer, as one line.
@@ -150,6 +159,12 @@ struct NodeLink::Impl {
     }
     echo.recorded = from.recorded();
     echo.control = one_line(from.control());
+    echo.ptp.reset();
+    if (!from.has_ptp()) return NodeNews::Echo;
+    const v1::NodeEcho::PtpTime& ptp = from.ptp();
+    if (!possible(ptp)) return malformed("an impossible PTP time");
+    echo.ptp =
+        PtpLine{ptp.grandmaster(), echo.sent_at, Duration{ptp.time_ns()}, ptp.rate(), Duration{ptp.uncertainty_ns()}};
     return NodeNews::Echo;
   }
 

@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "base/time.h"
 #include "model/blob.h"
+#include "model/ptp_line.h"
 #include "module/node_server.h"
 #include "wire/client_link.h"
 #include "wire/curve_keys.h"
@@ -32,6 +34,7 @@ struct NodeEcho {
   std::vector<NodeCamera> cameras;  ///< of the node, if the link names no camera
   bool recorded = false;
   std::string control;  ///< endpoint of the node's requests as it is bound; empty: none
+  std::optional<PtpLine> ptp = {};  ///< PTP's time at sent_at on the node's clock, where the node measures it
 };
 
 /// One image; its times are on the node's clock.

@@ -168,7 +168,16 @@ struct ZmqNodeServer::Impl {
   }
 
   void end_echo(const std::string& route) {
-    message.mutable_echo()->set_sent_at_ns(to_ns(node_time(host_now())));
+    v1::NodeEcho& echo = *message.mutable_echo();
+    const Timestamp now = host_now();
+    if (const auto line = settings.ptp != nullptr ? settings.ptp->line(now) : std::nullopt) {
+      v1::NodeEcho::PtpTime& ptp = *echo.mutable_ptp();
+      ptp.set_grandmaster(line->grandmaster);
+      ptp.set_time_ns(line->ptp.count());
+      ptp.set_rate(line->rate);
+      ptp.set_uncertainty_ns(line->uncertainty.count());
+    }
+    echo.set_sent_at_ns(to_ns(node_time(now)));
     message.SerializeToString(&bytes);
     static_cast<void>(send_to(route));
   }

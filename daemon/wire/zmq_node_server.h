@@ -9,6 +9,7 @@
 #include "base/time.h"
 #include "module/audit_trail.h"
 #include "module/node_server.h"
+#include "module/ptp_clock.h"
 #include "wire/wire_settings.h"
 
 namespace mocap::wire {
@@ -19,6 +20,7 @@ struct NodeServerSettings {
   std::string control;    ///< endpoint of [control]; empty: none
   /// The node's clock as a function of the host's; null: the same clock. For tests on one machine.
   std::function<Timestamp(Timestamp)> clock = {};
+  const PtpClock* ptp = nullptr;  ///< of this machine; null: echoes have no PTP time
 };
 
 /// Sends blobs over a ZeroMQ ROUTER socket (proto/mocap/v1/node.proto). A host that has not called for a second gets no

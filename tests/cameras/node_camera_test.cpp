@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -31,12 +32,13 @@ Timestamp ahead(Timestamp host) { return host + milliseconds(20) + from_s(50e-6 
 class SimulatedNode {
  public:
   explicit SimulatedNode(std::string endpoint = "tcp://127.0.0.1:*", bool recorded = false,
-                         std::uint64_t images = ~std::uint64_t{0}) {
+                         std::uint64_t images = ~std::uint64_t{0}, const PtpClock* ptp = nullptr) {
     wire::NodeServerSettings settings;
     settings.node.endpoint = std::move(endpoint);
     settings.node.name = "left";
     settings.recorded = recorded;
     settings.clock = recorded ? nullptr : ahead;
+    settings.ptp = ptp;
     auto opened = wire::ZmqNodeServer::open(settings);
     EXPECT_TRUE(opened) << opened.error().message;
     server_ = std::move(*opened);
@@ -44,6 +46,11 @@ class SimulatedNode {
   }
   const std::string& endpoint() const { return server_->endpoints().front(); }
   bool acknowledged() const { return acknowledged_; }
+  // The true exposure of an image, on the host's clock.
+  Timestamp exposed_at(std::uint64_t number) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return exposures_.at(number);
+  }
   std::atomic<bool> answers{true};
   std::atomic<NodeCameraState> state{NodeCameraState::Delivering};
 
@@ -60,6 +67,10 @@ class SimulatedNode {
       frame.number = number;
       frame.exposed_at = recorded ? from_ns(static_cast<std::int64_t>(number) * 1'000'000) : host_now();
       frame.received_at = frame.detected_at = frame.exposed_at;
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        exposures_[number] = frame.exposed_at;
+      }
       Blob blob;
       blob.track = BlobTrackId{3};
       frame.blobs.push_back(blob);
@@ -68,6 +79,8 @@ class SimulatedNode {
     }
   }
 
+  std::mutex mutex_;
+  std::map<std::uint64_t, Timestamp> exposures_;
   std::unique_ptr<wire::ZmqNodeServer> server_;
   std::atomic<bool> acknowledged_{false};
   std::jthread thread_;
@@ -78,12 +91,12 @@ struct Host {
   std::unique_ptr<BlobCamera> camera;
 
   explicit Host(const std::string& endpoint, bool recorded = false, Duration window = milliseconds(50),
-                NodeClocks* clocks = nullptr) {
+                NodeClocks* clocks = nullptr, const PtpClock* ptp = nullptr) {
     NodeCameraSettings settings;
     settings.endpoint = endpoint;
     settings.recorded = recorded;
     auto made = make_node_camera(CameraId{4}, "north", settings,
-                                 {.counters = &counters, .window = window, .node_clocks = clocks});
+                                 {.counters = &counters, .window = window, .node_clocks = clocks, .ptp = ptp});
     EXPECT_TRUE(made) << made.error().message;
     camera = std::move(*made);
   }
@@ -130,6 +143,46 @@ TEST(NodeCamera, DeliversBlobsWithTheirTracksOnTheHostsClock) {
   EXPECT_GT(last, begun - seconds(2));
   EXPECT_LE(last, host_now() + milliseconds(50));
   EXPECT_GT(host.counters.clock_uncertainty_us.load(), 0.0);
+  EXPECT_EQ(host.counters.clock_source.load(), ClockSource::Receipts);
+}
+
+// PTP's time is that of the host's clock, `wrong` apart from it; `gains` per second of the machine's clock.
+struct KnownPtp : PtpClock {
+  explicit KnownPtp(double gains, Duration wrong = {}) : rate(gains), error(wrong) {}
+  Status measure() override { return {}; }
+  std::optional<PtpLine> line(Timestamp at) const override {
+    return PtpLine{7, at, at.time_since_epoch() + error, rate, std::chrono::nanoseconds(300)};
+  }
+  double rate;
+  Duration error;
+};
+
+TEST(NodeCamera, KnowsTheClockOfANodeByPtp) {
+  const KnownPtp of_node(1.0 / (1.0 + 50e-6) - 1.0), of_host(0.0);
+  SimulatedNode node("tcp://127.0.0.1:*", false, ~std::uint64_t{0}, &of_node);
+  Host host(node.endpoint(), false, milliseconds(50), nullptr, &of_host);
+  ASSERT_TRUE(host.start());
+
+  for (int i = 0; i < 300; ++i) {
+    const auto frame = host.image();
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_LT(std::abs(to_us(frame->exposed_at - node.exposed_at(frame->number))), 1.0);
+  }
+  EXPECT_EQ(host.counters.clock_source.load(), ClockSource::Ptp);
+  EXPECT_LT(host.counters.clock_uncertainty_us.load(), 10.0);
+}
+
+TEST(NodeCamera, EstimatesTheClockOfANodeWhosePtpIsWrong) {
+  const KnownPtp of_node(0.0, seconds(37)), of_host(0.0);
+  SimulatedNode node("tcp://127.0.0.1:*", false, ~std::uint64_t{0}, &of_node);
+  Host host(node.endpoint(), false, milliseconds(50), nullptr, &of_host);
+  ASSERT_TRUE(host.start());
+
+  for (int i = 0; i < 50; ++i) {
+    const auto frame = host.image();
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_LT(std::abs(to_us(frame->exposed_at - node.exposed_at(frame->number))), 100'000.0);
+  }
   EXPECT_EQ(host.counters.clock_source.load(), ClockSource::Receipts);
 }
 

@@ -136,6 +136,51 @@ TEST(PeerClock, IsAsCertainAsItsBestEchoAllows) {
   }
 }
 
+// The peer's line by PTP at the instant of an echo, wrong by `error`.
+MeasuredLine by_ptp(const Peer& peer, const Echo& echo, Duration error, Duration uncertainty) {
+  const Timestamp origin = from_ns(1'000'000'000'000);
+  const Timestamp host = origin + from_s(to_s(echo.sent_at - peer.ahead - origin) / (1.0 + peer.drift));
+  return {{echo.sent_at, host + error - echo.sent_at, -peer.drift}, uncertainty};
+}
+
+TEST(PeerClock, UsesALineThatIsMoreCertainThanTheEchoes) {
+  Peer peer{.jitter_s = 2e-3};
+  PeerClock clock;
+  for (int k = 0; k < 50; ++k) {
+    const Echo echo = peer.echo(Peer::call(k));
+    ASSERT_TRUE(clock.add(echo, by_ptp(peer, echo, Duration{}, std::chrono::nanoseconds(400))));
+    EXPECT_LT(std::abs(error_us(clock, peer, Peer::call(k) + milliseconds(50))), 0.1);
+  }
+  EXPECT_EQ(clock.source(), PeerLineSource::Measured);
+  EXPECT_LT(clock.uncertainty(Peer::call(49)), microseconds(1));
+}
+
+TEST(PeerClock, DoesNotBelieveALineOutsideOfWhatTheEchoesBound) {
+  for (const Duration error :
+       {Duration(milliseconds(5)), Duration(-milliseconds(5)), Duration(std::chrono::seconds(37))}) {
+    Peer peer;
+    PeerClock clock;
+    for (int k = 0; k < 100; ++k) {
+      const Echo echo = peer.echo(Peer::call(k));
+      ASSERT_TRUE(clock.add(echo, by_ptp(peer, echo, error, std::chrono::nanoseconds(400))));
+      EXPECT_EQ(clock.source(), PeerLineSource::Contradicted);
+    }
+    EXPECT_LT(std::abs(error_us(clock, peer, Peer::call(100))), 200.0);
+    EXPECT_GT(clock.uncertainty(Peer::call(100)), microseconds(1));
+  }
+}
+
+TEST(PeerClock, KeepsTheEchoesIfTheyAreMoreCertain) {
+  Peer peer;
+  PeerClock clock;
+  for (int k = 0; k < 100; ++k) {
+    const Echo echo = peer.echo(Peer::call(k));
+    clock.add(echo, by_ptp(peer, echo, Duration{}, milliseconds(5)));
+  }
+
+  EXPECT_EQ(clock.source(), PeerLineSource::Echoes);
+}
+
 TEST(PeerClock, LeavesOutAnEchoWhoseInstantsContradictEachOther) {
   Peer peer;
   PeerClock clock;

@@ -28,6 +28,7 @@ const char* word_of(ClockSource source) {
     case ClockSource::Receipts: return "receipts";
     case ClockSource::Camera: return "camera";
     case ClockSource::Lost: return "lost";
+    case ClockSource::Ptp: return "ptp";
     case ClockSource::Unknown: break;
   }
   return "unknown";

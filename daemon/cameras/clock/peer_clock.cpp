@@ -26,7 +26,7 @@ bool PeerClock::is_overtaken(const Echo& echo) const {
   return echo.called_at <= called_at_ || (echo.sent_at <= line_.peer_at && line_.peer_at - echo.sent_at < kSetBack);
 }
 
-bool PeerClock::add(const Echo& echo) {
+bool PeerClock::add(const Echo& echo, const std::optional<MeasuredLine>& measured) {
   const Duration at_peer = echo.sent_at - echo.received_at;
   const Duration round_trip = (echo.arrived_at - echo.called_at) - at_peer;
   if (at_peer < Duration::zero() || round_trip < Duration::zero() || is_overtaken(echo)) return false;
@@ -41,6 +41,15 @@ bool PeerClock::add(const Echo& echo) {
   const double bound_s = kUniform * half_at_s(echo.sent_at);
   const double both_s = 0.5 * std::hypot(to_s(from_peer_.uncertainty()), to_s(to_peer_.uncertainty()));
   uncertainty_ = from_s(echoes_ < kFewEchoes ? bound_s : std::min(bound_s, both_s));
+  source_ = PeerLineSource::Echoes;
+  if (!measured) return true;
+  if (!is_within_bound(measured->line)) {
+    source_ = PeerLineSource::Contradicted;
+  } else if (measured->uncertainty < uncertainty_) {
+    source_ = PeerLineSource::Measured;
+    line_ = measured->line;
+    uncertainty_ = measured->uncertainty;
+  }
   return true;
 }
 
@@ -61,6 +70,11 @@ void PeerClock::keep_within_bound(const Echo& echo, Duration round_trip) {
   } else {
     line_.offset = std::clamp(line_.offset, centre - from_s(most_s), centre + from_s(most_s));
   }
+}
+
+bool PeerClock::is_within_bound(const PeerLine& line) const {
+  const Duration centre = bound_.offset + from_s(line_.drift * to_s(line.peer_at - bound_.peer_at));
+  return std::abs(to_s(line.offset - centre)) <= half_at_s(line.peer_at);
 }
 
 Duration PeerClock::uncertainty(Timestamp now) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "base/time.h"
 #include "cameras/clock/clock_mapping.h"
@@ -24,6 +25,19 @@ struct PeerLine {
   Timestamp to_host(Timestamp peer) const { return peer + offset + from_s(drift * to_s(peer - peer_at)); }
 };
 
+/// A line that something else than the echoes measured.
+struct MeasuredLine {
+  PeerLine line;
+  Duration uncertainty{};  ///< standard deviation of the offset
+};
+
+/// What the line of a PeerClock rests on.
+enum class PeerLineSource {
+  Echoes,        ///< no other measurement, or a less certain one
+  Measured,      ///< the line measured otherwise
+  Contradicted,  ///< the echoes; the line measured otherwise is outside of what they bound
+};
+
 /// Converts times of another machine's clock to the host's clock, from echoes over one or several connections.
 ///
 /// Each direction has a ClockMapping: the line below all one-way delays, with the drift. The offset is the mean of both
@@ -31,14 +45,18 @@ struct PeerLine {
 /// shortest round trip, which bounds the error by half of it. Each echo bounds the offset by half of its round trip,
 /// and later by the drift that is possible since: the offset is kept within the narrowest of these bounds.
 ///
+/// A line that was measured otherwise (by PTP) is used instead if it is more certain and lies within the bound. Outside
+/// of the bound it is wrong, whatever uncertainty it states.
+///
 /// Deterministic. Never allocates. One thread.
 ///
 /// Source of the bounds: Marzullo and Owicki, "Maintaining the time in a distributed system" (PODC 1983).
 class PeerClock {
  public:
   /// Adds an echo. Returns false, and leaves the echo out, if its instants contradict each other or if an echo that was
-  /// called or sent later came before: connections overtake each other.
-  bool add(const Echo& echo);
+  /// called or sent later came before: connections overtake each other. `measured`: the line at echo.sent_at, if it was
+  /// measured otherwise too.
+  bool add(const Echo& echo, const std::optional<MeasuredLine>& measured = {});
 
   /// Forgets everything. Call this when the peer was started again.
   void reset();
@@ -53,6 +71,8 @@ class PeerClock {
   Duration uncertainty(Timestamp now) const;
 
   double drift() const { return line_.drift; }
+  /// What the line of the last echo rests on.
+  PeerLineSource source() const { return source_; }
   /// Shortest round trip so far.
   Duration round_trip() const { return round_trip_; }
 
@@ -67,6 +87,7 @@ class PeerClock {
   bool is_overtaken(const Echo& echo) const;
   double half_at_s(Timestamp peer) const;
   void keep_within_bound(const Echo& echo, Duration round_trip);
+  bool is_within_bound(const PeerLine& line) const;
 
   ClockMapping from_peer_;  // the echo: sent at peer's time, arrived at host's time
   ClockMapping to_peer_;    // the call: sent at host's time, received at peer's time
@@ -76,6 +97,7 @@ class PeerClock {
   PeerLine line_;
   Bound bound_;
   Duration uncertainty_{};
+  PeerLineSource source_ = PeerLineSource::Echoes;
   Duration round_trip_ = Duration::max();
 };
 

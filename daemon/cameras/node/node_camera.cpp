@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/log.h"
+#include "cameras/clock/ptp_offset.h"
 #include "cameras/node/node_clock.h"
 #include "wire/forward_request.h"
 #include "wire/node_link.h"
@@ -33,6 +34,7 @@ class RemoteCamera final : public BlobCamera {
         settings_(std::move(settings)),
         counters_(surroundings.counters),
         window_(surroundings.window),
+        ptp_(surroundings.ptp),
         clock_(surroundings.node_clocks != nullptr ? surroundings.node_clocks->of(settings_.endpoint) : own_clock_) {
     clock_.join();
   }
@@ -58,6 +60,8 @@ class RemoteCamera final : public BlobCamera {
   Status judge_echo() const;
   Result<bool> follow(wire::NodeNews news);
   void follow_echo();
+  std::optional<MeasuredLine> by_ptp() const;
+  void tell_source(PeerLineSource source);
   Result<bool> follow_image();
   bool map_times(BlobFrame& image);
   void map_tracks(Blobs& blobs);
@@ -77,6 +81,7 @@ class RemoteCamera final : public BlobCamera {
   NodeCameraSettings settings_;
   StreamCounters* counters_;
   Duration window_;
+  const PtpClock* ptp_;  // null: not used
 
   std::unique_ptr<wire::NodeLink> link_;  // stays open after stop(): it connects again meanwhile
   bool running_ = false;
@@ -89,6 +94,7 @@ class RemoteCamera final : public BlobCamera {
   std::string control_;  // by the last echo
   NodeClock own_clock_;  // unused if the surroundings have one
   NodeClock& clock_;
+  PeerLineSource source_ = PeerLineSource::Echoes;
   std::optional<Timestamp> uncertain_since_;
   std::optional<std::uint64_t> next_sequence_;
   std::uint32_t track_base_ = 0;  // added to the ids of 2D tracks
@@ -218,11 +224,32 @@ void RemoteCamera::follow_echo() {
   camera_ = echo.camera;
   recorded_ = echo.recorded;
   control_ = echo.control;
-  clock_.add(echo.session, {echo.called_at, echo.received_at, echo.sent_at, echo.arrived_at});
+  clock_.add(echo.session, {echo.called_at, echo.received_at, echo.sent_at, echo.arrived_at}, by_ptp());
   const std::optional<NodeClockState> clock = clock_.state(echo.session, host_now());
-  if (counters_ == nullptr || recorded_ || !clock) return;
+  if (recorded_ || !clock) return;
+  tell_source(clock->source);
+  if (counters_ == nullptr) return;
+  const bool by_ptp = clock->source == PeerLineSource::Measured;
   counters_->clock_uncertainty_us.store(to_us(clock->uncertainty), std::memory_order_relaxed);
-  counters_->clock_source.store(ClockSource::Receipts, std::memory_order_relaxed);
+  counters_->clock_source.store(by_ptp ? ClockSource::Ptp : ClockSource::Receipts, std::memory_order_relaxed);
+}
+
+// The node's clock by PTP, at the instant of the last echo; empty if only one machine has PTP, or another grandmaster.
+std::optional<MeasuredLine> RemoteCamera::by_ptp() const {
+  const wire::NodeEcho& echo = link_->echo();
+  const std::optional<PtpLine> host = ptp_ != nullptr && echo.ptp ? ptp_->line(echo.arrived_at) : std::nullopt;
+  return host ? ptp_offset(*echo.ptp, *host) : std::nullopt;
+}
+
+void RemoteCamera::tell_source(PeerLineSource source) {
+  if (source == std::exchange(source_, source)) return;
+  if (source == PeerLineSource::Measured) log_info("camera " + name_, "the clock of " + node() + " is known by PTP");
+  if (source == PeerLineSource::Contradicted) {
+    log_warn("camera " + name_,
+             fmt::format("PTP contradicts the echoes of {}, which are used: does CLOCK_REALTIME follow ptp4l there and "
+                         "here (phc2sys, one UTC offset)?",
+                         node()));
+  }
 }
 
 Result<Frame> RemoteCamera::next(Duration patience) {

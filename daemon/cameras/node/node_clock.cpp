@@ -26,13 +26,13 @@ void NodeClock::begin(std::uint64_t session) {
   converted_ = Timestamp::min();
 }
 
-void NodeClock::add(std::uint64_t session, const Echo& echo) {
+void NodeClock::add(std::uint64_t session, const Echo& echo, const std::optional<MeasuredLine>& by_ptp) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (session != session_ || !clock_.known()) {
     if (clock_.known() && echo.called_at < called_at_) return;
     begin(session);
   }
-  if (!clock_.add(echo)) return;
+  if (!clock_.add(echo, by_ptp)) return;
   called_at_ = echo.called_at;
   renew_line();
 }
@@ -65,7 +65,7 @@ std::optional<NodeInstants> NodeClock::to_host(std::uint64_t session, Timestamp 
 std::optional<NodeClockState> NodeClock::state(std::uint64_t session, Timestamp now) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (session != session_ || spans_.empty()) return std::nullopt;
-  return NodeClockState{clock_.uncertainty(now), clock_.round_trip()};
+  return NodeClockState{clock_.uncertainty(now), clock_.round_trip(), clock_.source()};
 }
 
 NodeClock& NodeClocks::of(const std::string& endpoint) {

@@ -25,6 +25,7 @@ struct NodeInstants {
 struct NodeClockState {
   Duration uncertainty{};
   Duration round_trip{};  ///< the shortest one
+  PeerLineSource source = PeerLineSource::Echoes;
 };
 
 /// The clock of one node, shared by all cameras that come from the node (decisions/0014). Each camera adds the echoes
@@ -42,8 +43,8 @@ class NodeClock {
   Duration call_every() const noexcept;
 
   /// Adds an echo. Another session than before is another clock, which begins anew; an echo of an older session is left
-  /// out.
-  void add(std::uint64_t session, const Echo& echo);
+  /// out. `by_ptp`: the line of the node's clock at echo.sent_at, where both machines follow one PTP grandmaster.
+  void add(std::uint64_t session, const Echo& echo, const std::optional<MeasuredLine>& by_ptp = {});
 
   /// Converts the instants of an image, whose exposure decides which estimate is used. Empty if no echo of this session
   /// was added yet.

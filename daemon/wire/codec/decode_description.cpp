@@ -144,7 +144,7 @@ CameraPhase camera_phase_of(v1::CameraPhase code) {
 }
 
 ClockSource clock_source_of(v1::ClockSource source) {
-  const bool known = source >= v1::CLOCK_SOURCE_UNSPECIFIED && source <= v1::CLOCK_SOURCE_LOST;
+  const bool known = source >= v1::CLOCK_SOURCE_UNSPECIFIED && source <= v1::CLOCK_SOURCE_PTP;
   return known ? static_cast<ClockSource>(source) : ClockSource::Unknown;
 }
 

@@ -45,7 +45,7 @@ class LocalFarm {
   struct Job {
     const Unit* unit;
     int attempt = 0;
-    std::optional<process::ChildProcess> process = {};
+    std::optional<ChildProcess> process = {};
     UnitOutput output = {};
   };
 
@@ -57,7 +57,7 @@ class LocalFarm {
       waiting_.pop_front();
       std::vector<std::string> command = command_of(common_, *job.unit);
       command.emplace_back("--progress");
-      auto process = process::ChildProcess::start(command);
+      auto process = ChildProcess::start(command);
       if (!process) {
         tell_end(job, {UnitResult::Kind::Failed, kExitUnavailable, process.error().message, {}});
         continue;
@@ -91,7 +91,7 @@ class LocalFarm {
   }
 
   void end(Job& job) {
-    const process::Ended ended = job.process->wait();
+    const ProcessEnd ended = job.process->wait();
     job.process.reset();
     if (ended.signal != 0) (void)retrack::remove_part_of(job.unit->out);
     if (ended.well() || watch_.stops() == 0) {
@@ -104,7 +104,7 @@ class LocalFarm {
     tell_end(job, {UnitResult::Kind::Stopped, kExitUnavailable, "was stopped", {}});
   }
 
-  static UnitResult result_of(const Job& job, const process::Ended& ended) {
+  static UnitResult result_of(const Job& job, const ProcessEnd& ended) {
     UnitResult result = job.output.result(ended);
     if (ended.signal != 0)
       result.reason += fmt::format(", {} times; if memory is short, use fewer --jobs", job.attempt);

@@ -37,7 +37,7 @@ class Submitted {
 
   Result<std::size_t> run() {
     forget_earlier_run();
-    Result<process::ChildProcess> process = process::ChildProcess::start(submission_.command);
+    Result<ChildProcess> process = ChildProcess::start(submission_.command);
     if (!process) {
       if (process.error().code != ErrorCode::NotFound) return process.error();
       return Error{ErrorCode::NotFound, fmt::format("'{}' is not installed; install the Debian package {}",
@@ -48,7 +48,7 @@ class Submitted {
       obey_stops(*process);
     }
     obey_stops(*process);  // a Ctrl-C of the terminal also ends the command, which may be heard of first
-    const process::Ended ended = process->wait();
+    const ProcessEnd ended = process->wait();
     look();
     if (!ended.well() && progress_.ended == 0 && stops_ == 0) {
       return Error{ErrorCode::Io, fmt::format("{}: {}", submission_.command.front(),
@@ -67,7 +67,7 @@ class Submitted {
   }
 
   // False: the command has ended.
-  bool listen(process::ChildProcess& process) {
+  bool listen(ChildProcess& process) {
     pollfd ready{process.descriptor(), POLLIN, 0};
     if (::poll(&ready, 1, kLook_ms) <= 0) return true;
     const auto lines = process.read();
@@ -98,7 +98,7 @@ class Submitted {
     watch_.ended(order_.units[unit], result);
   }
 
-  void obey_stops(const process::ChildProcess& process) {
+  void obey_stops(const ChildProcess& process) {
     if (watch_.stops() <= stops_) return;
     stops_ = watch_.stops();
     if (!submission_.cancels_jobs) {
@@ -108,7 +108,7 @@ class Submitted {
       return;
     }
     if (!job_.empty()) {
-      if (auto cancel = process::ChildProcess::start({"scancel", job_})) (void)cancel->wait();
+      if (auto cancel = ChildProcess::start({"scancel", job_})) (void)cancel->wait();
     }
     process.send(SIGTERM);
   }

@@ -75,7 +75,7 @@ void UnitOutput::add(std::string_view line) {
   words_ += line.starts_with(kProgram) ? line.substr(kProgram.size()) : line;
 }
 
-UnitResult UnitOutput::result(const process::Ended& ended) const {
+UnitResult UnitOutput::result(const ProcessEnd& ended) const {
   UnitResult result;
   if (ended.well() && report_.is_object()) {
     const auto kept = report_.find("kept");

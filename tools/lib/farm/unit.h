@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "lib/process/child_process.h"
+#include "base/child_process.h"
 
 namespace mocap::farm {
 
@@ -53,7 +53,7 @@ class UnitOutput {
   void add(std::string_view line);
 
   double share() const noexcept { return share_; }  ///< of the work that is done
-  UnitResult result(const process::Ended& ended) const;
+  UnitResult result(const ProcessEnd& ended) const;
 
  private:
   double share_ = 0.0;

@@ -21,6 +21,7 @@ const healthOf = (name: string): CameraHealth | undefined => health.value?.camer
 
 const kClock: Record<ClockSource, string> = {
   [ClockSource.UNSPECIFIED]: kUnknown, [ClockSource.RECEIPTS]: "estimated", [ClockSource.CAMERA]: "PTP", [ClockSource.LOST]: "PTP lost",
+  [ClockSource.PTP]: "PTP of the node",
 };
 
 const percent = (share: number | undefined): string => (share === undefined ? kUnknown : `${Math.round(100 * share)}\u2009%`);

@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/time.h"
 
-namespace mocap::process {
+namespace mocap {
 
 /// How a process ended.
-struct Ended {
+struct ProcessEnd {
   int exit_code = 0;  ///< 0 if a signal ended it
   int signal = 0;     ///< 0: none
 
@@ -41,9 +42,13 @@ class ChildProcess {
   /// 64 KiB is cut there.
   std::optional<std::vector<std::string>> read();
 
+  /// Runs `command` and returns what it printed, whatever its exit code. Fails as start(), and with Timeout after
+  /// `patience`: the process is killed.
+  static Result<std::string> output_of(const std::vector<std::string>& command, Duration patience);
+
   void send(int signal) const noexcept;
   /// Waits for the end.
-  Ended wait();
+  ProcessEnd wait();
 
  private:
   ChildProcess(pid_t id, int output) : id_(id), output_(output) {}
@@ -54,4 +59,4 @@ class ChildProcess {
   std::string begun_;  // line without an end
 };
 
-}  // namespace mocap::process
+}  // namespace mocap

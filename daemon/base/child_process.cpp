@@ -1,18 +1,20 @@
-#include "lib/process/child_process.h"
+#include "base/child_process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <utility>
 
-namespace mocap::process {
+namespace mocap {
 namespace {
 
 constexpr std::size_t kMaxLine_bytes = 64 * 1024;
@@ -85,11 +87,28 @@ std::optional<std::vector<std::string>> ChildProcess::read() {
   return std::vector<std::string>{std::move(begun_)};
 }
 
+Result<std::string> ChildProcess::output_of(const std::vector<std::string>& command, Duration patience) {
+  Result<ChildProcess> process = start(command);
+  if (!process) return process.error();
+  const Timestamp until = host_now() + patience;
+  std::string output;
+  for (;;) {
+    pollfd readable{process->descriptor(), POLLIN, 0};
+    const int left_ms = static_cast<int>(std::ceil(1e3 * to_s(until - host_now())));
+    if (left_ms <= 0) return Error{ErrorCode::Timeout, fmt::format("'{}' did not end", command[0])};
+    if (::poll(&readable, 1, left_ms) <= 0) continue;
+    const std::optional<std::vector<std::string>> lines = process->read();
+    if (!lines) break;
+    for (const std::string& line : *lines) output += line + "\n";
+  }
+  return output;
+}
+
 void ChildProcess::send(int signal) const noexcept {
   if (id_ != 0) ::kill(id_, signal);
 }
 
-Ended ChildProcess::wait() {
+ProcessEnd ChildProcess::wait() {
   int status = 0;
   while (id_ != 0 && ::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
   }
@@ -98,4 +117,4 @@ Ended ChildProcess::wait() {
   return {.exit_code = WEXITSTATUS(status)};
 }
 
-}  // namespace mocap::process
+}  // namespace mocap

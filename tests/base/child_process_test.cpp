@@ -1,10 +1,10 @@
-#include "lib/process/child_process.h"
+#include "base/child_process.h"
 
 #include <gmock/gmock.h>
 
 #include <csignal>
 
-namespace mocap::process {
+namespace mocap {
 namespace child_process_test {
 
 using ::testing::ElementsAre;
@@ -30,7 +30,7 @@ TEST(ChildProcess, TellsExitCodeAndSignal) {
   ASSERT_TRUE(failing && sleeping);
   sleeping->send(SIGKILL);
 
-  const Ended failed = failing->wait(), killed = sleeping->wait();
+  const ProcessEnd failed = failing->wait(), killed = sleeping->wait();
 
   EXPECT_EQ(failed.exit_code, 65);
   EXPECT_EQ(failed.signal, 0);
@@ -44,6 +44,20 @@ TEST(ChildProcess, NamesAProgramThatDoesNotExist) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::NotFound);
   EXPECT_THAT(refused.error().message, HasSubstr("mocap-none"));
+}
+
+TEST(ChildProcess, GivesTheWholeOutputOfACommand) {
+  const auto output = ChildProcess::output_of({"sh", "-c", "echo one; printf two; exit 1"}, std::chrono::minutes(1));
+
+  ASSERT_TRUE(output) << output.error().message;
+  EXPECT_EQ(*output, "one\ntwo\n");
+}
+
+TEST(ChildProcess, DoesNotWaitForACommandThatDoesNotEnd) {
+  const auto silent = ChildProcess::output_of({"sleep", "1000"}, std::chrono::milliseconds(20));
+
+  ASSERT_FALSE(silent);
+  EXPECT_EQ(silent.error().code, ErrorCode::Timeout);
 }
 
 TEST(ChildProcess, IsKilledAtTheEndOfItsObject) {
@@ -70,4 +84,4 @@ TEST(ChildProcess, CutsAnEndlessLine) {
 }
 
 }  // namespace child_process_test
-}  // namespace mocap::process
+}  // namespace mocap
