@@ -11,8 +11,12 @@
 
 namespace mocap::bench {
 
+std::string program_beside(const std::string& name) {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+}
+
 Program::Program(const std::string& name, const std::vector<std::string>& arguments) {
-  std::string path = (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+  std::string path = program_beside(name);
   std::vector<std::string> all{path};
   all.insert(all.end(), arguments.begin(), arguments.end());
   std::vector<char*> raw;

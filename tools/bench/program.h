@@ -7,6 +7,9 @@
 
 namespace mocap::bench {
 
+/// The program of this name in the folder of this program; an absolute path stays as it is.
+std::string program_beside(const std::string& name);
+
 /// A program of the project that runs beside this one, in the same folder, and ends with this object. Its messages are
 /// not shown.
 class Program {

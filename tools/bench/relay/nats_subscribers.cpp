@@ -21,8 +21,8 @@ Error failed(const std::string& url) {
 
 }  // namespace
 
-Result<std::unique_ptr<NatsSubscribers>> NatsSubscribers::open(const std::string& url, const std::string& subject,
-                                                               Arrivals& arrivals) {
+Result<std::unique_ptr<NatsSubscribers>> NatsSubscribers::open(const std::string& url, const std::string& authority,
+                                                               const std::string& subject, Arrivals& arrivals) {
   natsOptions* made = nullptr;
   if (natsOptions_Create(&made) != NATS_OK) return failed(url);
   const std::unique_ptr<natsOptions, FreeOptions> options(made);
@@ -30,6 +30,10 @@ Result<std::unique_ptr<NatsSubscribers>> NatsSubscribers::open(const std::string
   if (natsOptions_SetURL(made, url.c_str()) != NATS_OK || nats_SetMessageDeliveryPoolSize(1) != NATS_OK ||
       natsOptions_UseGlobalMessageDelivery(made, true) != NATS_OK) {
     return failed(url);
+  }
+  if (!authority.empty() && (natsOptions_SetSecure(made, true) != NATS_OK ||
+                             natsOptions_LoadCATrustedCertificates(made, authority.c_str()) != NATS_OK)) {
+    return failed(authority);
   }
   std::unique_ptr<NatsSubscribers> all(new NatsSubscribers(arrivals));
   for (std::size_t i = 0; i < all->each_.size(); ++i) {

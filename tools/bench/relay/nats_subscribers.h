@@ -17,9 +17,10 @@ namespace mocap::bench {
 /// notes when each had which frame of a lite topic.
 class NatsSubscribers {
  public:
-  /// Connects `arrivals.receivers()` subscribers. Fails with Io. `arrivals` must outlive this object.
-  static Result<std::unique_ptr<NatsSubscribers>> open(const std::string& url, const std::string& subject,
-                                                       Arrivals& arrivals);
+  /// Connects `arrivals.receivers()` subscribers, with TLS if `authority`, a file of certificates, is not empty. Fails
+  /// with Io. `arrivals` must outlive this object.
+  static Result<std::unique_ptr<NatsSubscribers>> open(const std::string& url, const std::string& authority,
+                                                       const std::string& subject, Arrivals& arrivals);
   ~NatsSubscribers();
   NatsSubscribers(const NatsSubscribers&) = delete;
   NatsSubscribers& operator=(const NatsSubscribers&) = delete;

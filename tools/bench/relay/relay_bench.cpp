@@ -6,9 +6,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "base/child_process.h"
 #include "base/exit_codes.h"
 #include "base/time.h"
 #include "bench/bridges/free_port.h"
@@ -24,6 +27,7 @@
 namespace mocap::bench {
 namespace {
 
+constexpr Duration kCertificateWithin = std::chrono::seconds(60);
 constexpr double kJoinWithin_s = 60.0;
 constexpr double kSettle_s = 1.0;  // between the last join and the first measured frame
 constexpr Duration kPatience = std::chrono::milliseconds(20);
@@ -55,9 +59,20 @@ class RelayRun {
   Result<RelayBenchFigures> measure() {
     RelayBenchFigures figures;
     getloadavg(&figures.load, 1);
-    const std::string url = fmt::format("nats://127.0.0.1:{}", port_);
-    Program server(settings_.server, {"-a", "127.0.0.1", "-p", std::to_string(port_)});
-    Program relay("mocap-relay", {feed_.endpoint(), "--server", url, "--status-file", folder_.path() / "status.json"});
+    const std::string url = fmt::format("{}://127.0.0.1:{}", settings_.tls ? "tls" : "nats", port_);
+    std::vector<std::string> of_server{"-a", "127.0.0.1", "-p", std::to_string(port_)};
+    std::vector<std::string> of_relay{feed_.endpoint(), "--server", url, "--status-file",
+                                      folder_.path() / "status.json"};
+    if (settings_.tls) {
+      const auto made =
+          ChildProcess::output_of({program_beside("mocap-web"), "cert", certificate()}, kCertificateWithin);
+      if (!made) return made.error();
+      of_server.insert(of_server.end(),
+                       {"--tls", "--tlscert", certificate() + ".crt", "--tlskey", certificate() + ".key"});
+      of_relay.insert(of_relay.end(), {"--ca", certificate() + ".crt"});
+    }
+    Program server(settings_.server, of_server);
+    Program relay("mocap-relay", of_relay);
     if (!server.runs()) return missing(settings_.server.string());
     if (!relay.runs()) return missing("mocap-relay");
     auto subscribers = connect(url);
@@ -78,6 +93,8 @@ class RelayRun {
   }
 
  private:
+  // The files of the certificate, without .crt and .key.
+  std::string certificate() const { return folder_.path() / "server"; }
   std::uint64_t count(double seconds) const {
     return static_cast<std::uint64_t>(std::ceil(seconds * settings_.rate_hz));
   }
@@ -91,7 +108,8 @@ class RelayRun {
   Result<std::unique_ptr<NatsSubscribers>> connect(const std::string& url) {
     const Timestamp until = host_now() + from_s(kJoinWithin_s);
     while (true) {
-      auto opened = NatsSubscribers::open(url, "mocap.studio.lite.*", received_);
+      auto opened =
+          NatsSubscribers::open(url, settings_.tls ? certificate() + ".crt" : "", "mocap.studio.lite.*", received_);
       if (opened || host_now() > until) return opened;
       std::this_thread::sleep_for(kPatience);
     }
@@ -157,11 +175,11 @@ Result<RelayBenchFigures> run_relay_bench(const RelayBenchSettings& settings) {
 cli::App* add_relay_bench(cli::App& app, RelayBenchSettings& settings) {
   cli::App* relay = app.add_subcommand(
       "relay",
-      "mocap-relay beside a simulated feed and a NATS server, without TLS on this machine, with subscribers of the "
+      "mocap-relay beside a simulated feed and a NATS server on this machine, with subscribers of the "
       "server in this process: share of the frames that a subscriber received, and the time from when a subscriber of "
       "the feed's topics lite/NAME in this process has a frame until a subscriber of the server has it. CPU: processor "
       "time per second.");
-  relay->examples("  mocap-bench relay --subscribers 300 --json");
+  relay->examples("  mocap-bench relay --subscribers 300 --json\n  mocap-bench relay --subscribers 300 --tls");
   relay->add_option("--seconds", settings.seconds, "measured time, s")
       ->check(cli::Range(0.5, 3600.0))
       ->capture_default_str();
@@ -174,6 +192,7 @@ cli::App* add_relay_bench(cli::App& app, RelayBenchSettings& settings) {
   relay->add_option("--rate", settings.rate_hz, "frames a second, Hz")
       ->check(cli::Range(1.0, 30.0))
       ->capture_default_str();
+  relay->add_flag("--tls", settings.tls, "all connections of the server have TLS, as beyond this machine");
   relay->add_option("--server", settings.server, "the program of the server")->capture_default_str();
   relay->add_option("--marker-set", settings.marker_set, "marker set of each person")->capture_default_str();
   return relay;

@@ -13,6 +13,7 @@ struct RelayBenchSettings {
   int subscribers = 300;
   int subjects = 1;
   double rate_hz = 30.0;
+  bool tls = false;  ///< from the relay to the server and from the server to each subscriber
   std::filesystem::path server = "/usr/sbin/nats-server";
   std::filesystem::path marker_set;  ///< of each subject
 };
