@@ -99,12 +99,23 @@ void JointPrior::add(const Eigen::Matrix3d& parent, JointTerms& into) const {
     into.gradient += plane_.weight_1_rad2 * plane_.normal.dot(bone_direction_) * tilt;
     return;
   }
-  const Eigen::Matrix3d jacobian = left_jacobian(nominal_rotation_vector_) * free_axes_.asDiagonal();
+  const Eigen::Matrix3d jacobian = jacobian_of_free_axes();
   into.weight = (jacobian.transpose() * into.weight * jacobian).eval();
   into.gradient = (jacobian.transpose() * into.gradient).eval();
   into.weight.diagonal() += free_axes_.cwiseProduct(by_axis) + (Eigen::Vector3d::Ones() - free_axes_);
   into.gradient += free_axes_.cwiseProduct(gradient);
   into.axes = parent * jacobian;
+}
+
+// From the unknowns of a joint with locked axes to a small rotation in the parent's frame.
+Eigen::Matrix3d JointPrior::jacobian_of_free_axes() const {
+  return left_jacobian(nominal_rotation_vector_) * free_axes_.asDiagonal();
+}
+
+Eigen::Matrix3d JointPrior::rotation_covariance(const Eigen::Matrix3d& unknowns) const {
+  if (!has_locked_axis_) return unknowns;
+  const Eigen::Matrix3d jacobian = jacobian_of_free_axes();
+  return jacobian * unknowns * jacobian.transpose();
 }
 
 Eigen::Quaterniond JointPrior::apply_step(const Eigen::Quaterniond& local, const Eigen::Vector3d& step) const {

@@ -72,15 +72,20 @@ class JointPrior {
   /// The rotation with the locked components of its rotation vector set to 0.
   Eigen::Quaterniond project_to_free_axes(const Eigen::Quaterniond& local) const;
 
-  /// Returns twice the cost of a rotation, with `prior_rotation` as the mean of the prior. `add` and `apply_step` refer
-  /// to this rotation until the next call.
+  /// Returns twice the cost of a rotation, with `prior_rotation` as the mean of the prior. `add`,
+  /// `rotation_covariance` and `apply_step` refer to this rotation until the next call.
   double evaluate(const Eigen::Quaterniond& local, const Eigen::Quaterniond& prior_rotation);
   /// Writes information, gradient and axes of the joint's unknowns; `parent` is world_from_parent.
   void add(const Eigen::Matrix3d& parent, JointTerms& into) const;
+  /// The covariance of the rotation as a small rotation in the parent's frame, rad^2, from that of the unknowns: none
+  /// about a locked axis.
+  Eigen::Matrix3d rotation_covariance(const Eigen::Matrix3d& unknowns) const;
   /// The rotation after a step of the unknowns.
   Eigen::Quaterniond apply_step(const Eigen::Quaterniond& local, const Eigen::Vector3d& step) const;
 
  private:
+  Eigen::Matrix3d jacobian_of_free_axes() const;
+
   Eigen::Vector3d min_rad_;
   Eigen::Vector3d max_rad_;
   Eigen::Vector3d free_axes_;  // 1: free axis; 0: locked axis

@@ -84,7 +84,9 @@ class PoseFit {
   Eigen::Matrix3d joint_covariance(std::size_t bone) const;
   const Eigen::Matrix3d& rotation_covariance(std::size_t bone) const { return equations_.rotation_covariance(bone); }
   /// By the last `compute_covariances`: of a bone's rotation relative to its parent, in the parent's frame, rad^2.
-  const Eigen::Matrix3d& local_covariance(std::size_t bone) const { return equations_.joint_rotation_covariance(bone); }
+  Eigen::Matrix3d local_covariance(std::size_t bone) const {
+    return joints_[bone].rotation_covariance(equations_.joint_rotation_covariance(bone));
+  }
 
  private:
   // Residual of one observation in the current pose.

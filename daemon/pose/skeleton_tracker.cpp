@@ -54,8 +54,11 @@ SkeletonTracker::SkeletonTracker(const MarkerSet& set, const SkeletonTrackerSett
   bones_.resize(bones);
   markers_.resize(set.markers.size());
   depth_hypotheses_.resize(set.markers.size());
-  for (const Bone& bone : set.skeleton.bones)
+  for (const Bone& bone : set.skeleton.bones) {
     bone_depth_.push_back(bone.parent < 0 ? 0 : bone_depth_[static_cast<std::size_t>(bone.parent)] + 1);
+    const auto is_locked = [&](const auto& range) { return bone.parent >= 0 && !range; };
+    locked_axes_.push_back(static_cast<double>(std::ranges::count_if(bone.turns, is_locked)));
+  }
   committed_.resize(bones);
   predicted_.resize(bones);
   fitted_.resize(bones);
@@ -204,7 +207,8 @@ kinematics::PosePrior SkeletonTracker::make_prior(std::size_t seen) const {
 }
 
 // Computes how much of each joint's rotation the markers observe: I - posterior covariance / prior covariance, with a
-// weak isotropic prior. Recomputed when the set of observations changes, and every kCovarianceInterval fits.
+// weak isotropic prior; 1 about a locked axis, whose rotation is known. Recomputed when the set of observations
+// changes, and every kCovarianceInterval fits.
 void SkeletonTracker::update_observed_fractions(std::span<const kinematics::Observation> seen) {
   const auto same = [](const kinematics::Observation& one, const CovarianceInput& was) {
     return one.marker == was.marker && one.bearing_only == was.bearing_only && kinematics::is_usable(one) == was.usable;
@@ -248,7 +252,7 @@ kinematics::PoseFitResult SkeletonTracker::update(std::span<const kinematics::Ob
   for (std::size_t b = 0; b < bones_.size(); ++b) {
     const Eigen::Matrix3d& observed_fraction = bones_[b].observed_fraction;
     const Eigen::Matrix3d unobserved_fraction = Eigen::Matrix3d::Identity() - observed_fraction;
-    const double any_axis = std::clamp(observed_fraction.trace(), 0.0, 1.0);
+    const double any_axis = std::clamp(observed_fraction.trace() - locked_axes_[b], 0.0, 1.0);
     const double unobserved_sigma_rad = any_axis * kUnobservedAxisSigma_rad + (1.0 - any_axis) * kUnseenJointSigma_rad;
     prior_information_[b] = (kMotionSigma_rad * kMotionSigma_rad * observed_fraction +
                              unobserved_sigma_rad * unobserved_sigma_rad * unobserved_fraction)

@@ -191,6 +191,7 @@ class SkeletonTracker {
   std::vector<BoneMemory> bones_;
   std::vector<MarkerMemory> markers_;
   std::vector<int> bone_depth_;           // by bone: number of ancestors
+  std::vector<double> locked_axes_;       // by bone: their number
   std::vector<Pose> committed_;           // locals at the last commit
   std::vector<Pose> predicted_;           // locals of the last `predict`
   std::vector<Pose> fitted_;              // locals of the last `update`

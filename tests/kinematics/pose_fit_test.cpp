@@ -220,6 +220,26 @@ TEST(PoseFit, KeepsLockedAxesAtZero) {
   }
 }
 
+TEST(PoseFit, HasNoUncertaintyAboutALockedAxis) {
+  MarkerSet set = person("baseline41");
+  for (Bone& bone : set.skeleton.bones) {
+    if (bone.name == "LeftLowArm") bone.turns[0] = bone.turns[1] = std::nullopt;
+  }
+  const std::size_t elbow = test::bone_named(set, "LeftLowArm");
+  std::mt19937 random(3);
+  PoseFit fit(set, PoseFit::Lengths::Fixed);
+  fit.set_locals(random_pose(set, 0.5, random));
+  (void)fit.solve(see(fit), {}, 5);
+
+  ASSERT_TRUE(fit.compute_covariances(see(fit), {}));
+
+  const Eigen::Matrix3d covariance = fit.local_covariance(elbow);
+  EXPECT_LT(covariance(0, 0), 1e-12);
+  EXPECT_LT(covariance(1, 1), 1e-12);
+  EXPECT_GT(covariance(2, 2), 1e-8);
+  EXPECT_LT(covariance(2, 2), 0.1);
+}
+
 // Moving the marker along the ray has no cost, so the smallest displacement is across the ray.
 TEST(PoseFit, MovesAMarkerAcrossARayAndNotAlongIt) {
   const MarkerSet set = person("rigid4");

@@ -75,6 +75,36 @@ TEST(SkeletonTracker, PredictsAHiddenShoulderForHalfASecond) {
   }
 }
 
+// A finger has no twist: its locked axis is known, and takes no part in the velocity.
+TEST(SkeletonTracker, KeepsFingersWhoseJointsHaveALockedAxis) {
+  const MarkerSet set = person("baseline51");
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
+  SkeletonTracker body(set, {});
+  for (int step = 0; step < 200; ++step) {
+    std::vector<Pose> locals = swinging(set, step);
+    locals[bone_named(set, "LeftIndex")].rotation =
+        kinematics::from_rotation_vector({-0.6 + 0.5 * std::cos(3.0 * step * kStep_s), 0.0, 0.1});
+    truth.set_locals(locals);
+    follow(body, see(truth), at(step));
+    for (const char* tip : {"LIndexTip", "LThumbTip", "RLittleTip"}) {
+      const std::size_t marker = marker_named(set, tip);
+      ASSERT_LT((body.predicted_position(marker) - truth.marker_at(marker)).norm(), 0.005) << tip << ' ' << step;
+    }
+  }
+}
+
+TEST(SkeletonTracker, PredictsAHiddenFingerFromTheHand) {
+  const MarkerSet set = person("baseline51");
+  const std::size_t hidden = marker_named(set, "LMiddleTip");
+  kinematics::PoseFit truth(set, kinematics::PoseFit::Lengths::Fixed);
+  SkeletonTracker body(set, {});
+  for (int step = 0; step < 90; ++step) {
+    truth.set_locals(swinging(set, step));
+    follow(body, step < 30 ? see(truth) : without(see(truth), hidden), at(step));
+    ASSERT_LT((body.predicted_position(hidden) - truth.marker_at(hidden)).norm(), 0.01) << step;
+  }
+}
+
 TEST(SkeletonTracker, IncreasesTheCovarianceOfAHiddenMarkerWithTime) {
   const MarkerSet set = person("openmocap18");
   const std::size_t hand = marker_named(set, "LeftHand");

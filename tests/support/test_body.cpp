@@ -33,6 +33,7 @@ MarkerSet person(const std::string& name) {
     bone.rest_offset_m = three(view["rest_offset_m"]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto range = view["turns_deg"][std::string(1, static_cast<char>('x' + axis))];
+      if (!range.is_array()) continue;  // a locked axis
       bone.turns[axis] = AngleRange{range[0].value_or(0.0) * 0.0174532925, range[1].value_or(0.0) * 0.0174532925};
     }
     set.skeleton.bones.push_back(bone);
