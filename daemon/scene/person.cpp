@@ -138,6 +138,72 @@ Posture crouch(double t_s) {
   return posture;
 }
 
+// An arm in front of the body: rotation vectors of upper arm and hand, and the bend of the elbow. For the left arm; the
+// right one is its mirror image.
+struct ArmInFront {
+  Eigen::Vector3d upper_rad;
+  double elbow_rad;
+  Eigen::Vector3d hand_rad;
+};
+
+Eigen::Quaterniond turned(const Eigen::Vector3d& rad) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(rad.norm(), rad.normalized()));
+}
+
+ArmInFront between(const ArmInFront& from, const ArmInFront& to, double share) {
+  return {from.upper_rad + share * (to.upper_rad - from.upper_rad),
+          from.elbow_rad + share * (to.elbow_rad - from.elbow_rad),
+          from.hand_rad + share * (to.hand_rad - from.hand_rad)};
+}
+
+void set_arms(Posture& posture, const ArmInFront& left, const ArmInFront& right) {
+  const Eigen::Vector3d mirrored(-1.0, 1.0, -1.0);
+  posture.turn(Joint::LeftUpArm) = turned(left.upper_rad);
+  posture.turn(Joint::LeftLowArm) = about_z(left.elbow_rad);
+  posture.turn(Joint::LeftHand) = turned(left.hand_rad);
+  posture.turn(Joint::RightUpArm) = turned(right.upper_rad.cwiseProduct(mirrored));
+  posture.turn(Joint::RightLowArm) = about_z(-right.elbow_rad);
+  posture.turn(Joint::RightHand) = turned(right.hand_rad.cwiseProduct(mirrored));
+}
+
+// Bends each finger in its knuckle and its middle joint, and spreads it.
+void bend_fingers(Posture& posture, double t_s) {
+  constexpr double kBend_rad = 1.1, kSpread_rad = 0.12, kThumb_rad = 0.5;
+  for (std::size_t finger = 0; finger < kFingers; ++finger) {
+    const bool is_left = finger < kFingers / 2;
+    const double of_hand = static_cast<double>(finger % (kFingers / 2));
+    const double phase_rad = 2.0 * pi * (0.7 * t_s - 0.13 * of_hand) + (is_left ? 0.0 : 1.0);
+    const double bend = 0.5 * (1.0 - std::cos(phase_rad));
+    const double sign = is_left ? 1.0 : -1.0;  // the right hand is the mirror image
+    const std::size_t knuckle = static_cast<std::size_t>(Joint::LeftThumb) + finger;
+    const std::size_t middle = static_cast<std::size_t>(Joint::LeftThumbEnd) + finger;
+    if (of_hand == 0.0) {
+      posture.turns[knuckle] = about_z(sign * kThumb_rad * bend) * about_x(-sign * 0.5 * kThumb_rad * bend);
+      posture.turns[middle] = about_z(sign * kThumb_rad * bend);
+    } else {
+      const double spread_rad = kSpread_rad * (of_hand - 2.5) * std::sin(0.5 * phase_rad);
+      posture.turns[knuckle] = about_z(sign * spread_rad) * about_x(-sign * kBend_rad * bend);
+      posture.turns[middle] = about_x(-sign * kBend_rad * bend);
+    }
+  }
+}
+
+// The hands in front of the chest; they touch each other, then the right hand touches the face. Fingers bend all the
+// time.
+Posture hands(double t_s) {
+  constexpr double kCycle_s = 9.0;
+  const ArmInFront ready{{-1.24, 0.17, -0.20}, -1.68, {0.16, -0.05, -0.18}};
+  const ArmInFront touching{{-0.87, 0.19, -0.62}, -1.63, {-0.13, -0.30, -0.33}};
+  const ArmInFront at_face{{-0.95, -0.49, -0.87}, -2.11, {-0.31, -1.19, -0.25}};
+  const double phase_s = std::fmod(t_s, kCycle_s), share = 0.5 * (1.0 - std::cos(4.0 * pi * t_s / kCycle_s));
+  const bool they_touch = phase_s < 0.5 * kCycle_s;
+  Posture posture = t_pose();
+  set_arms(posture, between(ready, touching, they_touch ? share : 0.0),
+           between(ready, they_touch ? touching : at_face, share));
+  bend_fingers(posture, t_s);
+  return posture;
+}
+
 Posture spin(const ActShare& share) {
   Posture posture = t_pose();
   const double beat_rad = 2.0 * pi * share.spent_s / 0.75;  // small steps on the spot
@@ -166,6 +232,7 @@ Posture perform(const ActShare& share, double walked_s) {
     case Act::Jump: return jump(share.spent_s);
     case Act::Spin: return spin(share);
     case Act::Crouch: return crouch(share.spent_s);
+    case Act::Hands: return hands(share.spent_s);
     case Act::APose: return a_pose();
     case Act::TPose: break;
   }

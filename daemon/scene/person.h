@@ -9,7 +9,7 @@
 
 namespace mocap::scene {
 
-/// The joints that the built-in motions move, named as in human18.
+/// The joints that the built-in motions move, named as in human38. A skeleton may lack some of them.
 enum class Joint {
   Hips,
   Chest,
@@ -29,12 +29,19 @@ enum class Joint {
   RightUpLeg,
   RightLowLeg,
   RightFoot,
+  LeftThumb,  // the knuckles of the left hand, of the right hand, then the middle joints in the same order
+  RightThumb = LeftThumb + 5,
+  LeftThumbEnd = LeftThumb + 10,
 };
-inline constexpr std::size_t kJoints = 18;
+inline constexpr std::size_t kFingers = 10;  ///< of both hands
+inline constexpr std::size_t kJoints = 38;
 inline constexpr std::array<std::string_view, kJoints> kJointNames{
-    "Hips",       "Chest",       "Neck",      "Head",       "LeftCollar",  "LeftUpArm",
-    "LeftLowArm", "LeftHand",    "LeftUpLeg", "LeftLowLeg", "LeftFoot",    "RightCollar",
-    "RightUpArm", "RightLowArm", "RightHand", "RightUpLeg", "RightLowLeg", "RightFoot"};
+    "Hips",           "Chest",        "Neck",          "Head",        "LeftCollar",    "LeftUpArm",     "LeftLowArm",
+    "LeftHand",       "LeftUpLeg",    "LeftLowLeg",    "LeftFoot",    "RightCollar",   "RightUpArm",    "RightLowArm",
+    "RightHand",      "RightUpLeg",   "RightLowLeg",   "RightFoot",   "LeftThumb",     "LeftIndex",     "LeftMiddle",
+    "LeftRing",       "LeftLittle",   "RightThumb",    "RightIndex",  "RightMiddle",   "RightRing",     "RightLittle",
+    "LeftThumbEnd",   "LeftIndexEnd", "LeftMiddleEnd", "LeftRingEnd", "LeftLittleEnd", "RightThumbEnd", "RightIndexEnd",
+    "RightMiddleEnd", "RightRingEnd", "RightLittleEnd"};
 
 /// A pose of a person, independent of the body's size.
 struct Posture {

@@ -16,18 +16,19 @@ constexpr double kFade_s = 0.6;
 constexpr double kDefaultScene_s = 5.0;
 constexpr double kMaxScene_s = 86400.0;
 
-constexpr std::array<std::pair<std::string_view, Act>, 7> kActs{{{"tpose", Act::TPose},
+constexpr std::array<std::pair<std::string_view, Act>, 8> kActs{{{"tpose", Act::TPose},
                                                                  {"apose", Act::APose},
                                                                  {"walk", Act::Walk},
                                                                  {"wave", Act::Wave},
                                                                  {"jump", Act::Jump},
                                                                  {"spin", Act::Spin},
-                                                                 {"crouch", Act::Crouch}}};
+                                                                 {"crouch", Act::Crouch},
+                                                                 {"hands", Act::Hands}}};
 
 Error bad_word(std::string_view word) {
   return {ErrorCode::InvalidArgument,
           "motion: '" + std::string(word) +
-              "' is not an act; expected tpose, apose, walk, wave, jump, spin or crouch with "
+              "' is not an act; expected tpose, apose, walk, wave, jump, spin, crouch or hands with "
               "seconds from 1 to 86400, as in tpose:3,walk:20,wave"};
 }
 

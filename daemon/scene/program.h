@@ -8,7 +8,7 @@
 
 namespace mocap::scene {
 
-enum class Act { TPose, APose, Walk, Wave, Jump, Spin, Crouch };
+enum class Act { TPose, APose, Walk, Wave, Jump, Spin, Crouch, Hands };
 
 struct Scene {
   Act act = Act::TPose;

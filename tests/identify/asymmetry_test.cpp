@@ -71,7 +71,7 @@ TEST(Asymmetry, ChangesSignIfTheBodyIsIdentifiedBackToFront) {
 }
 
 TEST(ShippedMarkerSets, ListAllAsymmetricPairs) {
-  for (const char* name : {"openmocap18", "baseline41", "baseline51", "pluginGait39"}) {
+  for (const char* name : {"openmocap18", "baseline41", "baseline47", "baseline51", "baseline61", "pluginGait39"}) {
     const MarkerSet set = person(name);
     EXPECT_EQ(names_of(set, set.asymmetric), names_of(set, asymmetric_markers(set))) << name;
   }
@@ -98,7 +98,7 @@ TEST(WithAsymmetries, MovesAsymmetricPairsToTheirFittedOffsetsOnly) {
 }
 
 TEST(FrontBackAmbiguity, ExistsIfOnlyLimbMarkersDistinguishTheFrontAndNoPairIsAsymmetric) {
-  for (const char* name : {"openmocap18", "baseline41", "baseline51", "pluginGait39"})
+  for (const char* name : {"openmocap18", "baseline41", "baseline47", "baseline51", "baseline61", "pluginGait39"})
     EXPECT_FALSE(has_front_back_ambiguity(person(name), {})) << name;
   EXPECT_TRUE(has_front_back_ambiguity(test::sparse_person(0.0), {}));
 

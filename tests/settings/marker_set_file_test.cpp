@@ -53,7 +53,9 @@ TEST(ShippedMarkerSets, LoadWithTheirNumberOfMarkers) {
   for (const auto& [name, count] : {std::pair{"openmocap18", 18U},
                                     {"baseline41", 41U},
                                     {"pluginGait39", 39U},
+                                    {"baseline47", 47U},
                                     {"baseline51", 51U},
+                                    {"baseline61", 61U},
                                     {"rigid3", 3U},
                                     {"rigid4", 4U},
                                     {"rigid5", 5U}}) {
@@ -100,13 +102,24 @@ const std::set<std::string> kUnity{"Hips",
                                    "LeftRingProximal",
                                    "RightRingProximal",
                                    "LeftLittleProximal",
-                                   "RightLittleProximal"};
+                                   "RightLittleProximal",
+                                   "LeftThumbIntermediate",
+                                   "RightThumbIntermediate",
+                                   "LeftIndexIntermediate",
+                                   "RightIndexIntermediate",
+                                   "LeftMiddleIntermediate",
+                                   "RightMiddleIntermediate",
+                                   "LeftRingIntermediate",
+                                   "RightRingIntermediate",
+                                   "LeftLittleIntermediate",
+                                   "RightLittleIntermediate"};
 const std::set<std::string> kUnreal{
-    "root",        "pelvis",     "spine_01",   "spine_02",   "spine_03",   "neck_01",    "head",
-    "clavicle_l",  "clavicle_r", "upperarm_l", "upperarm_r", "lowerarm_l", "lowerarm_r", "hand_l",
-    "hand_r",      "thigh_l",    "thigh_r",    "calf_l",     "calf_r",     "foot_l",     "foot_r",
-    "ball_l",      "ball_r",     "thumb_01_l", "thumb_01_r", "index_01_l", "index_01_r", "middle_01_l",
-    "middle_01_r", "ring_01_l",  "ring_01_r",  "pinky_01_l", "pinky_01_r"};
+    "root",       "pelvis",     "spine_01",   "spine_02",    "spine_03",    "neck_01",     "head",        "clavicle_l",
+    "clavicle_r", "upperarm_l", "upperarm_r", "lowerarm_l",  "lowerarm_r",  "hand_l",      "hand_r",      "thigh_l",
+    "thigh_r",    "calf_l",     "calf_r",     "foot_l",      "foot_r",      "ball_l",      "ball_r",      "thumb_01_l",
+    "thumb_01_r", "index_01_l", "index_01_r", "middle_01_l", "middle_01_r", "ring_01_l",   "ring_01_r",   "pinky_01_l",
+    "pinky_01_r", "thumb_02_l", "thumb_02_r", "index_02_l",  "index_02_r",  "middle_02_l", "middle_02_r", "ring_02_l",
+    "ring_02_r",  "pinky_02_l", "pinky_02_r"};
 const std::set<std::string> kVrm{"hips",
                                  "spine",
                                  "chest",
@@ -138,7 +151,17 @@ const std::set<std::string> kVrm{"hips",
                                  "leftRingProximal",
                                  "rightRingProximal",
                                  "leftLittleProximal",
-                                 "rightLittleProximal"};
+                                 "rightLittleProximal",
+                                 "leftThumbProximal",
+                                 "rightThumbProximal",
+                                 "leftIndexIntermediate",
+                                 "rightIndexIntermediate",
+                                 "leftMiddleIntermediate",
+                                 "rightMiddleIntermediate",
+                                 "leftRingIntermediate",
+                                 "rightRingIntermediate",
+                                 "leftLittleIntermediate",
+                                 "rightLittleIntermediate"};
 
 TEST(ShippedSkeletons, HaveAliasesThatEachSchemeKnowsAndNoneTwice) {
   int bodies = 0;

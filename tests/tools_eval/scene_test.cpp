@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "detect/blob_detector.h"
 #include "eval/scene_run.h"
@@ -251,6 +253,63 @@ TEST(SceneWorld, HidesTheConfiguredShareOfMarkers) {
 
   // About 1700 hidden intervals of 0.2 s: their number varies by 2 %, and the time between them by the same.
   EXPECT_NEAR(static_cast<double>(hidden) / all, 0.3, 0.02);
+}
+
+TEST(SceneWorld, HidesNamedMarkersInGapsOfDifferentLength) {
+  simworld::SceneFile scene = walker();
+  scene.occlusion = false;
+  scene.hides.push_back({.from_s = 0.0, .share = 0.3, .for_s = 0.05, .for_p90_s = 0.3, .markers = "HeadTop HeadFront"});
+  World world(scene, true);
+
+  std::vector<int> gaps;  // sets
+  int hidden = 0, others = 0, lasts = 0;
+  for (int set = 0; set < 60'000; ++set) {
+    world.world->step();
+    const auto& markers = world.world->truth().markers;
+    for (std::size_t m = 0; m < markers.size(); ++m) {
+      if (markers[m].cameras == 0) (m < 2 ? hidden : others) += 1;
+    }
+    if (markers[0].cameras == 0) {
+      ++lasts;
+    } else if (lasts > 0) {
+      gaps.push_back(std::exchange(lasts, 0));
+    }
+  }
+  std::ranges::sort(gaps);
+
+  EXPECT_EQ(others, 0);
+  EXPECT_NEAR(hidden / 120'000.0, 0.3, 0.04);
+  ASSERT_GT(gaps.size(), 500U);
+  EXPECT_NEAR(gaps[gaps.size() / 2], 0.05 * scene.rate_hz, 2.0);
+  EXPECT_NEAR(gaps[gaps.size() * 9 / 10], 0.3 * scene.rate_hz, 8.0);
+}
+
+// Joints of fingers have locked axes.
+TEST(Scene, LabelsFingersThatBend) {
+  simworld::SceneFile scene = walker();
+  scene.seconds = 6.0;
+  scene.ring = {.cameras = 8, .radius_m = 3.0, .height_m = 2.2, .width_px = 2048, .height_px = 2048, .hfov_rad = 0.87};
+  scene.marker_diameter_mm = 8.0;
+  scene.actors[0].motion = "tpose:2,hands";
+  scene.actors[0].marker_set = support::source_folder() + "/config/markersets/baseline51.toml";
+  scene.score.below = "LeftHand RightHand";
+
+  const auto outcome = run_scene(scene, "", {});
+
+  ASSERT_TRUE(outcome) << outcome.error().message;
+  EXPECT_GT(outcome->labels.at(0).f1().value_or(0.0), 0.98);
+  EXPECT_LT(outcome->bones.at(0).joint_rms_mm().value_or(1e3), 5.0);
+  EXPECT_EQ(outcome->each_bone.at(0).size(), 10U);
+}
+
+TEST(Scene, NamesABoneToScoreThatDoesNotExist) {
+  simworld::SceneFile scene = walker();
+  scene.score.below = "LeftPaw";
+
+  const auto outcome = run_scene(scene, "", {});
+
+  ASSERT_FALSE(outcome);
+  EXPECT_NE(outcome.error().message.find("no bone 'LeftPaw'"), std::string::npos) << outcome.error().message;
 }
 
 TEST(SceneWorld, ShowsAMarkerToOnlyOneCamera) {

@@ -6,6 +6,7 @@
 
 #include "assemble.h"
 #include "eval/blob_pipeline.h"
+#include "eval/scored_part.h"
 #include "kinematics/rotation_observability.h"
 #include "lib/offline/offline_tracks.h"
 #include "lib/simworld/recognition.h"
@@ -79,9 +80,10 @@ Description description_of(const settings::DaemonSettings& settings) {
 /// Scores what the pipeline reports of one clip.
 class Scorer {
  public:
-  Scorer(const std::vector<simworld::Performer>& performers, std::vector<simworld::JointWatch> watches,
+  Scorer(const std::vector<simworld::Performer>& performers, ScoredPart part, std::vector<simworld::JointWatch> watches,
          const SceneRunSettings& settings, SceneOutcome& outcome)
       : recognition_(performers),
+        part_(std::move(part)),
         watches_(std::move(watches)),
         labels_(settings.keeps_plots),
         bones_(settings.keeps_plots, outcome.rotation_observability),
@@ -90,8 +92,9 @@ class Scorer {
   void judge(const TrueSet& set, const Snapshot& snapshot) {
     scoring::EvalFrame reported = scoring::frame_of(snapshot);
     recognition_.apply(set.truth, reported);
-    labels_.add(set.truth, reported);
-    bones_.add(set.truth, reported);
+    const scoring::EvalFrame true_part = part_.of(set.truth), reported_part = part_.of(reported);
+    labels_.add(true_part, reported_part);
+    bones_.add(true_part, reported_part);
     judge_watched(watches_, set.t_s, set.truth, reported, outcome_);
   }
 
@@ -109,6 +112,7 @@ class Scorer {
 
  private:
   simworld::Recognition recognition_;
+  ScoredPart part_;
   std::vector<simworld::JointWatch> watches_;
   scoring::LabelScorer labels_;
   scoring::SkeletonScorer bones_;
@@ -208,12 +212,14 @@ Result<SceneOutcome> run_scene(const simworld::SceneFile& scene, const std::stri
   if (!rig) return rig.error();
   auto events = simworld::SceneEvents::make(scene, *performers, rig->size(), settings.seed, settings.rays);
   if (!events) return events.error();
+  auto part = ScoredPart::make(scene.score.below, *performers);
+  if (!part) return part.error();
   settings::DaemonSettings daemon = scene.daemon;
   daemon.rig = *rig;
   for (const simworld::Performer& performer : *performers) daemon.subject_models.push_back(performer.subject);
 
   SceneOutcome outcome = about(clip, *performers);
-  Scorer scorer(*performers, events->watches(), settings, outcome);
+  Scorer scorer(*performers, *std::move(part), events->watches(), settings, outcome);
   simworld::SceneWorld world(scene, *rig, std::move(*performers), std::move(*events), settings.seed);
   SceneRun run(daemon, std::move(world), std::move(scorer), outcome);
   if (const Status opened = run.open(daemon, settings); !opened) return opened.error();

@@ -28,9 +28,10 @@ constexpr const char* kExamples = R"(examples:
       cameras without PTP on a bad network)";
 
 void add_motion(cli::App& app, Options& options) {
-  app.add_option("--motion", options.motion,
-                 "acts with seconds (tpose, apose, walk, wave, jump, spin, crouch; the last act continues), or a .bvh "
-                 "or .c3d file, or a calibration object wand:0,160,500 or frame:600,400 (mm)")
+  app.add_option(
+         "--motion", options.motion,
+         "acts with seconds (tpose, apose, walk, wave, jump, spin, crouch, hands; the last act continues), or a .bvh "
+         "or .c3d file, or a calibration object wand:0,160,500 or frame:600,400 (mm)")
       ->capture_default_str()
       ->group("Motion");
   app.add_option(

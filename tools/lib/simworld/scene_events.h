@@ -54,6 +54,11 @@ class SceneEvents {
     double until_s = 0.0;
     bool hidden = false;
   };
+  // Which markers of each performer a [[hide]] concerns.
+  struct Hide {
+    SceneHide wanted;
+    std::vector<std::vector<bool>> markers;  // by performer, then by marker
+  };
   struct OneMarker {
     Span span;
     std::uint32_t performer = 0;
@@ -69,12 +74,15 @@ class SceneEvents {
                            bool rays);
   Status add_markers(const SceneOnlyCamera& only, const std::string& names, std::uint32_t performer,
                      const MarkerSet& marker_set, std::uint32_t camera);
+  Status plan_hides(const SceneFile& scene, const std::vector<Performer>& performers);
+  void advance_marker(const SceneHide& hide, Hidden& marker);
   double visible_s(const SceneHide& hide);
+  double hidden_s(const SceneHide& hide);
 
   scene::Random random_;
   std::vector<Span> blackouts_;
   std::vector<std::vector<Span>> image_losses_;  // by camera
-  std::vector<SceneHide> hides_;
+  std::vector<Hide> hides_;
   std::vector<OneMarker> single_views_;
   std::vector<JointWatch> watches_;
   std::vector<std::vector<Hidden>>

@@ -90,6 +90,8 @@ SceneHide read_hide(TomlTable& table) {
   table.number("to_s", hide.to_s, {0, 1e9});
   table.number("share", hide.share, {0, 0.95});
   table.number("for_s", hide.for_s, {0.01, 1000});
+  table.number("for_p90_s", hide.for_p90_s, {0, 1000});
+  table.text("markers", hide.markers);
   table.done();
   return hide;
 }
@@ -170,6 +172,7 @@ Result<SceneFile, settings::Faults> load_scene(const fs::path& path) {
   root.number("seconds", scene.seconds, {0.1, 36000});
   root.number("rate_hz", scene.rate_hz, {1, 2000});
   root.number("seed", scene.seed, {0, 1e15});
+  if (auto score = root.table("score", "score")) score->text("below", scene.score.below), score->done();
   if (auto rig = root.table("rig", "rig")) read_rig(*rig, scene), rig->done();
   if (auto image = root.table("image", "image")) read_image(*image, scene), image->done();
   if (auto goal = root.table("goal", "goal")) read_goal(*goal, scene.goal), goal->done();

@@ -49,12 +49,14 @@ struct SceneImageLoss {
   double gap_s = 2.0;  ///< from the end of a loss to the start of the next
 };
 
-/// [[hide]]: random markers are hidden from all cameras, each for the same time.
+/// [[hide]]: random markers are hidden from all cameras.
 struct SceneHide {
   double from_s = 3.0;
   double to_s = 1e9;
-  double share = 0.3;  ///< expected share of hidden markers
-  double for_s = 0.5;
+  double share = 0.3;        ///< expected share of hidden markers
+  double for_s = 0.5;        ///< median of the time for which a marker is hidden
+  double for_p90_s = 0.0;    ///< its 90th percentile, of a log-normal distribution; 0: always for_s
+  std::string markers = {};  ///< names separated by spaces; empty: all markers
 };
 
 /// [[only_camera]]: markers of one actor that only one camera sees, and markers that no camera sees.
@@ -74,6 +76,12 @@ struct SceneOnlyCamera {
 struct SceneGoal {
   std::optional<double> f1, availability, longest_wrong_sets, joint_rms_mm, rotation_rms_deg, reacquired_share,
       hidden_joint_rms_mm, exchanges, ray_gain;
+};
+
+/// [score]: what is scored.
+struct SceneScore {
+  std::string below =
+      {};  ///< bones, separated by spaces: only the bones below them, with their markers; empty: everything
 };
 
 /// Content of a scene file.
@@ -98,6 +106,7 @@ struct SceneFile {
   std::vector<SceneHide> hides;
   std::vector<SceneOnlyCamera> only_camera;
   SceneGoal goal;
+  SceneScore score;
   settings::DaemonSettings
       daemon;  ///< the scene file may contain the sections of the pipeline steps, as in mocapd.toml
 };
