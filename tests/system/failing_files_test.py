@@ -189,13 +189,16 @@ class OutOfMemory(CrashCycles):
 
     def kill(self, program, feed):
         self.gaps_with_memory = feed.gaps
-        subprocess.run(["fiu-ctrl", "-f", self.desk.folder / "fiu", "-c", "enable_random name=libc/mm/*,probability=0.05",
-                        str(program.process.pid)], capture_output=True, timeout=LONG_S, check=False)
+        # fiu-ctrl waits for an answer for ever if the daemon ends before it gives one.
+        control = subprocess.Popen(["fiu-ctrl", "-f", self.desk.folder / "fiu", "-c", "enable_random name=libc/mm/*,probability=0.05",
+                                    str(program.process.pid)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         try:
             code = program.wait(5)
         except subprocess.TimeoutExpired:
             super().kill(program, feed)
             code = "ran on"
+        os.killpg(control.pid, signal.SIGKILL)
+        control.wait()
         self.ended[code] += 1
         expect(code in ("ran on", -signal.SIGABRT, 69, 70), f"the daemon ended with {code}:\n{program.output()}")
 
