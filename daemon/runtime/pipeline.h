@@ -15,8 +15,8 @@
 #include "module/blob_writer.h"
 #include "module/control_server.h"
 #include "module/node_server.h"
-#include "module/ptp_clock.h"
 #include "module/preview_encoder.h"
+#include "module/ptp_clock.h"
 #include "module/publisher.h"
 #include "module/search_explainer.h"
 #include "module/take_recorder.h"
@@ -97,7 +97,7 @@ struct PipelineChange {
   std::vector<TakeFile> take_files = {};          ///< of takes that start later, if takes_continue
   std::unique_ptr<TimecodeSource> timecode = {};  ///< null: snapshots have no timecode, or timecode_continues
   bool timecode_continues = false;
-  PtpClock* ptp = nullptr;  ///< as PipelineParts::ptp: the same object in all changes
+  PtpClock* ptp = nullptr;                         ///< as PipelineParts::ptp: the same object in all changes
   std::unique_ptr<RigCalibrator> calibrator = {};  ///< null: nothing is calibrated
   OpenPart<TriggerParts> open_trigger = {};        ///< may return null: takes have no remote triggers
 };

@@ -33,7 +33,7 @@ struct NodeEcho {
   NodeCamera camera;
   std::vector<NodeCamera> cameras;  ///< of the node, if the link names no camera
   bool recorded = false;
-  std::string control;  ///< endpoint of the node's requests as it is bound; empty: none
+  std::string control;              ///< endpoint of the node's requests as it is bound; empty: none
   std::optional<PtpLine> ptp = {};  ///< PTP's time at sent_at on the node's clock, where the node measures it
 };
 

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
 #include "base/child_process.h"
+#include "base/result.h"
 
 namespace mocap::farm {
 
