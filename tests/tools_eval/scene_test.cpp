@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "scene/render.h"
 #include "settings/subject/marker_set_file.h"
 #include "support/places.h"
+#include "support/sanitized.h"
 
 namespace mocap::eval {
 namespace scene_test {
@@ -284,13 +287,37 @@ TEST(SceneWorld, HidesNamedMarkersInGapsOfDifferentLength) {
   EXPECT_NEAR(gaps[gaps.size() * 9 / 10], 0.3 * scene.rate_hz, 8.0);
 }
 
-// Joints of fingers have locked axes.
-TEST(Scene, LabelsFingersThatBend) {
+// Cameras that separate the markers of fingers.
+simworld::SceneFile studio(const std::string& motion) {
   simworld::SceneFile scene = walker();
-  scene.seconds = 6.0;
   scene.ring = {.cameras = 8, .radius_m = 3.0, .height_m = 2.2, .width_px = 2048, .height_px = 2048, .hfov_rad = 0.87};
   scene.marker_diameter_mm = 8.0;
-  scene.actors[0].motion = "tpose:2,hands";
+  scene.actors[0].motion = motion;
+  return scene;
+}
+
+TEST(Scene, LabelsEveryShippedMarkerSetOfAPersonInEveryAct) {
+  namespace fs = std::filesystem;
+  int sets = 0;
+  for (const fs::directory_entry& file : fs::directory_iterator(support::source_folder() + "/config/markersets")) {
+    if (file.path().extension() != ".toml" || file.path().stem().string().starts_with("rigid")) continue;
+    simworld::SceneFile scene = studio("tpose:1.5,walk:1.5,wave:1,jump:1.5,spin:1,crouch:1,hands:1.5");
+    scene.seconds = support::kSanitized ? 2.0 : 9.0;
+    scene.actors[0].marker_set = file.path();
+
+    const auto outcome = run_scene(scene, "", {});
+
+    ASSERT_TRUE(outcome) << outcome.error().message;
+    EXPECT_GT(outcome->labels.at(0).f1().value_or(0.0), 0.98) << file.path();
+    EXPECT_GT(outcome->labels.at(0).availability().value_or(0.0), 0.99) << file.path();
+    ++sets;
+  }
+  EXPECT_GE(sets, 6);
+}
+
+// Joints of fingers have locked axes.
+TEST(Scene, LabelsFingersThatBend) {
+  simworld::SceneFile scene = studio("tpose:2,hands");
   scene.actors[0].marker_set = support::source_folder() + "/config/markersets/baseline51.toml";
   scene.score.below = "LeftHand RightHand";
 
