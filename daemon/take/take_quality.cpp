@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "model/search_health.h"
+
 namespace mocap::take {
 namespace {
 
@@ -260,6 +262,15 @@ void add_quality(TakeInfo& info, const QualityReport& report, const std::string&
     info.others[key] = text;
     if (!check(info)) info.others.erase(key);
   }
+}
+
+void write_quality(const QualityReport& report, TakeHealth& into) {
+  into.seconds = report.seconds;
+  into.sets = report.sets;
+  into.lost_sets = report.lost_sets;
+  into.lost_images = report.lost_images;
+  into.quality = report.quality;
+  into.reasons = bounded_text<511>(fmt::format("{}", fmt::join(report.reasons, "; ")));
 }
 
 }  // namespace mocap::take

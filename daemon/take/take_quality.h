@@ -56,6 +56,9 @@ std::string to_json(const QualityReport& report);
 /// the take ended before its time; empty: it did not.
 void add_quality(TakeInfo& info, const QualityReport& report, const std::string& ended_early);
 
+/// Writes the figures of the report, not name, path, state and size.
+void write_quality(const QualityReport& report, TakeHealth& into);
+
 /// Measures the quality of a take, set by set: the same while it is recorded and from its file.
 class TakeMeter {
  public:

@@ -231,6 +231,13 @@ const Shot* ShotList::next() const noexcept {
   return found == shots_.end() ? nullptr : &*found;
 }
 
+std::string ShotList::words() const {
+  if (shots_.empty()) return "the shot list is empty; mocapctl take shots import fills it";
+  const Shot* following = next();
+  return fmt::format("{} shots, {} left{}", shots_.size(), left(),
+                     following != nullptr ? fmt::format(", next '{}'", following->name) : "");
+}
+
 Status ShotList::replace(std::vector<Shot> shots) {
   if (const Status valid = check_shots(shots); !valid) return valid;
   if (const Status saved = save(shots); !saved) return saved;

@@ -36,6 +36,9 @@ class ShotList {
   /// The first shot that is not done; null: none.
   const Shot* next() const noexcept;
 
+  /// The number of shots, those left, and the next one, as a sentence for an operator.
+  std::string words() const;
+
   /// Fails with InvalidArgument or Io; the list is then unchanged.
   Status replace(std::vector<Shot> shots);
   /// Does nothing if there is no such shot. If the file cannot be written, the list is changed in memory, and the call

@@ -84,4 +84,12 @@ Status TakeInProgress::finish(Timestamp now, const QualityReport& report, const 
   return writer->finish(info);
 }
 
+std::string TakeInProgress::words(const QualityReport& report, const std::string& fault) const {
+  constexpr double kMB = 1e6;
+  std::string words = fmt::format("'{}' ended, {:.2f} s, {:.1f} MB, {}", writer->path(), report.seconds,
+                                  static_cast<double>(writer->size().bytes) / kMB, name_of(report.quality));
+  if (!report.reasons.empty()) words += fmt::format(": {}", fmt::join(report.reasons, "; "));
+  return fault.empty() ? words : fmt::format("{}; it ended early: {}", words, fault);
+}
+
 }  // namespace mocap::take

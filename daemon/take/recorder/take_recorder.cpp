@@ -19,8 +19,6 @@
 namespace mocap::take {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kWho = "take";
 // Between two batches the memory is checked: with a disk of 10 kB/s a batch takes 4 s.
 constexpr std::size_t kBatch_bytes = 1U << 17U;
@@ -30,14 +28,9 @@ constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
 // The same, while images came that may belong to these snapshots.
 constexpr Duration kLongDrainPatience = kLongestSet + kDrainPatience;
-constexpr double kMB = 1e6;
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(2);
 static_assert(kLeastKept > kLongDrainPatience);
-
-TakeDone answer_to(std::uint64_t order, TakeOutcome outcome, std::string message) {
-  return {order, outcome, std::move(message)};
-}
 
 class DiskTakeRecorder : public TakeRecorder {
  public:
@@ -65,7 +58,7 @@ class DiskTakeRecorder : public TakeRecorder {
       case TakeAction::Cancel: return order_cancel(order, now);
       case TakeAction::Mark: return order_mark(order, now);
       case TakeAction::Next: return order_next(order, now);
-      case TakeAction::ListShots: return answer_shots(order, shots_words());
+      case TakeAction::ListShots: return answer_shots(order, shots_.words());
       case TakeAction::ImportShots:
       case TakeAction::ClearShots: return order_shots(order);
     }
@@ -97,7 +90,9 @@ class DiskTakeRecorder : public TakeRecorder {
 
   TakeHealth health() const override {
     TakeHealth health = state_;
-    if (recording_) fill(health, recording_->meter.report());
+    if (!recording_) return health;
+    write_quality(recording_->meter.report(), health);
+    health.size_bytes = recording_->writer->size().bytes;
     return health;
   }
 
@@ -114,7 +109,7 @@ class DiskTakeRecorder : public TakeRecorder {
   // --- orders ---
 
   void answer(const TakeOrder& order, TakeOutcome outcome, std::string message) {
-    answers_.push_back(answer_to(order.number, outcome, std::move(message)));
+    answers_.push_back({order.number, outcome, std::move(message)});
   }
 
   void order_start(const TakeOrder& order, Timestamp now) {
@@ -177,7 +172,7 @@ class DiskTakeRecorder : public TakeRecorder {
     recording_.reset();
     intake_.buffer().release();
     std::error_code error;
-    fs::remove(path, error);
+    std::filesystem::remove(path, error);
     state_.state = TakeState::Cancelled;
     if (error) {
       return answer(order, TakeOutcome::Failed, fmt::format("'{}' cannot be deleted: {}", path, error.message()));
@@ -210,29 +205,20 @@ class DiskTakeRecorder : public TakeRecorder {
     next_ = order;
   }
 
-  // --- shots ---
-
   void order_shots(const TakeOrder& order) {
     const std::size_t before = shots_.shots().size(), left = shots_.left();
     if (const Status replaced = shots_.replace(order.shots); !replaced) {
       const bool invalid = replaced.error().code == ErrorCode::InvalidArgument;
       return answer(order, invalid ? TakeOutcome::Invalid : TakeOutcome::Failed, replaced.error().message);
     }
-    std::string words = order.shots.empty() ? "the shot list is empty now" : shots_words();
+    std::string words = order.shots.empty() ? "the shot list is empty now" : shots_.words();
     if (before > 0) words += fmt::format("; the list before had {} shots, {} of them not recorded", before, left);
     log_info(kWho, words);
     answer_shots(order, words);
   }
 
-  std::string shots_words() const {
-    const Shot* next = shots_.next();
-    if (shots_.shots().empty()) return "the shot list is empty; mocapctl take shots import fills it";
-    return fmt::format("{} shots, {} left{}", shots_.shots().size(), shots_.left(),
-                       next != nullptr ? fmt::format(", next '{}'", next->name) : "");
-  }
-
   void answer_shots(const TakeOrder& order, std::string message) {
-    answers_.push_back(answer_to(order.number, TakeOutcome::Done, std::move(message)));
+    answer(order, TakeOutcome::Done, std::move(message));
     answers_.back().shots = shots_.shots();
   }
 
@@ -267,7 +253,7 @@ class DiskTakeRecorder : public TakeRecorder {
 
   TakeDone start_take(const TakeOrder& order, Timestamp now) {
     const auto refused = [&](TakeOutcome outcome, std::string why) {
-      return answer_to(order.number, outcome, std::move(why));
+      return TakeDone{order.number, outcome, std::move(why)};
     };
     if (const Status valid = folder_.check_order(order); !valid) {
       return refused(TakeOutcome::Invalid, valid.error().message);
@@ -371,38 +357,21 @@ class DiskTakeRecorder : public TakeRecorder {
     note_first_set(ended.info);  // there may have been none yet when the take began
     const QualityReport report = ended.meter.report();
     const Status finished = ended.finish(now, report, why);
-    fill(state_, report);
+    write_quality(report, state_);
     state_.size_bytes = ended.writer->size().bytes;
     const std::string fault = !why.empty() ? why : finished ? std::string() : finished.error().message;
     state_.state = fault.empty() ? TakeState::Ended : TakeState::Failed;
     state_.message = bounded_text<511>(fault);
-    const std::string words = words_of(ended, report, fault);
+    const std::string words = ended.words(report, fault);
     fault.empty() ? log_info(kWho, words) : log_error(kWho, words + "; the feed continues");
     const TakeOutcome outcome = fault.empty() ? TakeOutcome::Done : TakeOutcome::Failed;
     if (ended.stopped_by) answer(*ended.stopped_by, outcome, words);
     if (const auto next = std::exchange(next_, std::nullopt)) order_start(*next, ended.to.value_or(now));
   }
 
-  static std::string words_of(const TakeInProgress& take, const QualityReport& report, const std::string& fault) {
-    std::string words = fmt::format("'{}' ended, {:.2f} s, {:.1f} MB, {}", take.writer->path(), report.seconds,
-                                    static_cast<double>(take.writer->size().bytes) / kMB, name_of(report.quality));
-    if (!report.reasons.empty()) words += fmt::format(": {}", fmt::join(report.reasons, "; "));
-    return fault.empty() ? words : fmt::format("{}; it ended early: {}", words, fault);
-  }
-
   void answer_stopped(TakeOutcome outcome, std::string message) {
     if (recording_->stopped_by) answer(*recording_->stopped_by, outcome, message);
     if (const auto next = std::exchange(next_, std::nullopt)) answer(*next, outcome, std::move(message));
-  }
-
-  void fill(TakeHealth& health, const QualityReport& report) const {
-    health.seconds = report.seconds;
-    health.sets = report.sets;
-    health.lost_sets = report.lost_sets;
-    health.lost_images = report.lost_images;
-    health.quality = report.quality;
-    health.reasons = bounded_text<511>(fmt::format("{}", fmt::join(report.reasons, "; ")));
-    if (recording_) health.size_bytes = recording_->writer->size().bytes;
   }
 
   const TakesSettings settings_;
