@@ -16,6 +16,10 @@ add_test(NAME fails COMMAND sh -c "echo about; exit 1")
 add_test(NAME is_silent COMMAND false)
 add_test(NAME is_slow COMMAND sleep 600)
 set_tests_properties(is_slow PROPERTIES TIMEOUT 1)
+add_test(NAME is_skipped COMMAND echo SKIPPED)
+set_tests_properties(is_skipped PROPERTIES SKIP_REGULAR_EXPRESSION SKIPPED)
+add_test(NAME says_77 COMMAND echo 77)
+set_tests_properties(says_77 PROPERTIES FAIL_REGULAR_EXPRESSION 77)
 """
 UNITTEST = """seed 1: 40 orders
 ======================================================================
@@ -50,7 +54,7 @@ class TheReasons(unittest.TestCase):
 
         failures = {name: reasons for name, _, reasons in why_failed.failures_in(log)}
 
-        self.assertEqual(failures, {"fails": ["about"], "is_silent": ["(no output)"], "is_slow": ["(no output)"]})
+        self.assertEqual(failures, {"fails": ["about"], "is_silent": ["(no output)"], "is_slow": ["(no output)"], "says_77": ["77"]})
 
     def test_of_unittest_are_the_name_and_the_message(self):
         self.assertEqual(why_failed.reasons_in(UNITTEST)[:3],
