@@ -8,7 +8,7 @@ namespace mocap::runtime {
 namespace {
 
 // A host of a recording whose queue is full, or that has not called yet, is tried again after this time.
-constexpr Duration kTryAgain = std::chrono::milliseconds(1);
+constexpr Duration kTryHostAgain = std::chrono::milliseconds(1);
 
 NodeCameraState state_of(Delivery delivery) {
   switch (delivery) {
@@ -34,7 +34,7 @@ void NodeWorker::run(const std::stop_token& stop) {
   bool waits = false;
   while (!stop.stop_requested()) {
     look_at_cameras();
-    server_->serve(cameras_, waits ? kTryAgain : kStopCheckPeriod);
+    server_->serve(cameras_, waits ? kTryHostAgain : kStopCheckPeriod);
     waits = false;
     for (std::uint32_t i = 0; i < channels_.size(); ++i) waits = !send_waiting(CameraId{i}) || waits;
     if (lossless_ && all_acknowledged()) ended_.store(true, std::memory_order_release);

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "runtime/audit_orders.h"
+#include "runtime/control/audit_orders.h"
 #include "runtime/process/realtime.h"
 #include "runtime/stop_check.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/control_worker.h"
+#include "runtime/control/control_worker.h"
 
 namespace mocap::runtime {
 namespace control_calibration_test {

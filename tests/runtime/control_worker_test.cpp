@@ -1,4 +1,4 @@
-#include "runtime/control_worker.h"
+#include "runtime/control/control_worker.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

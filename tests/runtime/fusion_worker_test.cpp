@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fusion/idle_parts.h"
-#include "runtime/control_channel.h"
+#include "runtime/control/control_channel.h"
 
 namespace mocap::runtime {
 namespace fusion_worker_test {

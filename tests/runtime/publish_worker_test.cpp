@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/control_channel.h"
+#include "runtime/control/control_channel.h"
 
 namespace mocap::runtime {
 namespace publish_worker_test {

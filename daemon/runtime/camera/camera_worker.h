@@ -24,7 +24,7 @@
 #include "module/stream_counters.h"
 #include "runtime/camera/failure_fold.h"
 #include "runtime/camera/preview_slot.h"
-#include "runtime/control_channel.h"
+#include "runtime/control/control_channel.h"
 #include "runtime/pausable.h"
 #include "runtime/process/realtime.h"
 #include "runtime/report/counters.h"

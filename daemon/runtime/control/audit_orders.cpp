@@ -1,4 +1,4 @@
-#include "runtime/audit_orders.h"
+#include "runtime/control/audit_orders.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "runtime/control_worker.h"
+#include "runtime/control/control_worker.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "base/log.h"
-#include "runtime/audit_orders.h"
+#include "runtime/control/audit_orders.h"
 #include "runtime/stop_check.h"
 
 namespace mocap::runtime {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/log.h"
-#include "runtime/control_worker.h"
+#include "runtime/control/control_worker.h"
 
 namespace mocap::runtime {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "detect/row_mask.h"
-#include "runtime/control_worker.h"
+#include "runtime/control/control_worker.h"
 
 namespace mocap::runtime {
 namespace {

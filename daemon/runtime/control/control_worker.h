@@ -16,7 +16,7 @@
 #include "module/control_server.h"
 #include "runtime/calibration_worker.h"
 #include "runtime/camera/camera_worker.h"
-#include "runtime/control_channel.h"
+#include "runtime/control/control_channel.h"
 #include "runtime/take_worker.h"
 
 namespace mocap::runtime {
