@@ -47,6 +47,8 @@ class MatchTriangulator final : public Triangulator {
     return markers_;
   }
 
+  void archive(Archive& members) override { members(error_, set_count_); }
+
  private:
   // Whether the settings of this triangulator would remove no view of the point that the matcher found.
   bool satisfies_agreement(const Triangulation& found) const {

@@ -47,6 +47,8 @@ class MultiViewMatcher final : public Matcher {
     return matches_;
   }
 
+  void archive(Archive& members) override { members(error_, predicted_matcher_, unassigned_matcher_); }
+
  private:
   MatchSettings settings_;
   Rig rig_;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/archive.h"
+
 namespace mocap::associate {
 
 /// Both estimators below learn from this many markers a set, because the rig error changes slowly (chosen by hand), and
@@ -28,6 +30,8 @@ class RigError {
   /// The rig error of the worst camera with a safety factor: standard deviation of each axis.
   double px() const;
 
+  void archive(Archive& members) { members(sigma_px_); }
+
  private:
   double max_px_;
   std::vector<double> sigma_px_;  // by camera
@@ -46,6 +50,8 @@ class PointError {
 
   /// Variance of each axis, without a safety factor.
   double px2() const { return sigma_px_ * sigma_px_; }
+
+  void archive(Archive& members) { members(sigma_px_); }
 
  private:
   double max_px_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/archive.h"
 #include "model/skeleton.h"
 #include "model/transform.h"
 
@@ -13,6 +14,8 @@ namespace mocap::bodyfit {
 struct BodyOffsets {
   std::vector<Eigen::Vector3d> bones_m;    ///< rest offset, by bone; that of the root is not used
   std::vector<Eigen::Vector3d> markers_m;  ///< in the frame of the marker's bone, by marker
+
+  void archive(Archive& members) { members(bones_m, markers_m); }
 };
 
 /// The offsets of a marker set.
@@ -26,6 +29,8 @@ struct BodyInstant {
   std::vector<double> trust;            ///< by marker, 0 to 1: nominal variance divided by the marker's variance
   std::vector<Pose> locals;             ///< by bone: the pose; positions other than the root's are not used
   std::vector<std::uint8_t> at_rest;    ///< by bone: 1 if the joint is in rest pose (the root: upright), else 0
+
+  void archive(Archive& members) { members(seen_m, trust, locals, at_rest); }
 };
 
 /// An instant without measurements, in rest pose.
@@ -44,6 +49,10 @@ struct InstantCost {
   double at_rest_sigma_rad = 0.02;   ///< the same for a joint with `at_rest`
   double upright_sigma_rad = 0.035;  ///< of the tilt of a root with `at_rest`
   double limit_sigma_rad = 0.2;      ///< of a joint beyond its range
+
+  void archive(Archive& members) {
+    members(sigma_m, common_variance, outlier_m, rest_sigma_rad, at_rest_sigma_rad, upright_sigma_rad, limit_sigma_rad);
+  }
 };
 
 }  // namespace mocap::bodyfit

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "bodyfit/body_offsets.h"
 #include "model/skeleton.h"
 #include "model/transform.h"
@@ -53,6 +54,7 @@ class InstantEquations {
     double prior = 0.0;              ///< sum of squared normalised deviations of the pose from its prior
     double observed_unknowns = 0.0;  ///< effective number of pose unknowns that the markers observe; eliminate() only
     double cost(const InstantCost& by) const { return data_m2 / (by.sigma_m * by.sigma_m) + prior; }
+    void archive(Archive& members) { members(data_m2, weight, prior, observed_unknowns); }
   };
 
   /// Improves the pose of the instant by at most `steps` Levenberg-Marquardt steps. Returns the cost of the new pose.

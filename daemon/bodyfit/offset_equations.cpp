@@ -101,6 +101,9 @@ double OffsetEquations::prior_cost(const BodyOffsets& offsets, double size) cons
 void OffsetEquations::clear() {
   std::fill(matrix_.begin(), matrix_.end(), 0.0);
   std::fill(gradient_.begin(), gradient_.end(), 0.0);
+  damping_ = 0.0;
+  row_ = 0;
+  solved_ = false;
 }
 
 void OffsetEquations::add_block(int row, int column, const Eigen::Matrix3d& value) {
@@ -204,6 +207,20 @@ double OffsetEquations::observed_unknowns() const {
     observed_unknowns += std::max(0.0, 1.0 - prior_diagonal_[i] / std::pow(factor_[i * width + i], 2));
   }
   return observed_unknowns;
+}
+
+// Of matrix and factor, only the lower triangle is used, and of factor and solution only the rows that are computed.
+void OffsetEquations::archive(Archive& members) {
+  const auto width = static_cast<std::size_t>(columns_.count);
+  members(gradient_, damping_, solved_);
+  row_ = members.count(row_, width);
+  for (std::size_t row = 0; row < width; ++row) {
+    for (std::size_t column = 0; column <= row; ++column) members(matrix_[row * width + column]);
+  }
+  for (std::size_t row = 0; row < row_; ++row) {
+    for (std::size_t column = 0; column <= row; ++column) members(factor_[row * width + column]);
+    members(change_[row]);
+  }
 }
 
 double OffsetEquations::apply(BodyOffsets& offsets, double& size) const {

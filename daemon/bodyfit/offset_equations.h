@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "bodyfit/body_offsets.h"
 #include "bodyfit/instant_equations.h"
 #include "model/skeleton.h"
@@ -35,7 +36,7 @@ class OffsetEquations {
   /// The cost of the priors at these offsets: a sum of squared normalised deviations, robust for the markers.
   double prior_cost(const BodyOffsets& offsets, double size) const;
 
-  /// Sets the equations to zero.
+  /// Sets the equations to zero, and forgets their solution.
   void clear();
   /// The matrix H, row by row (lower triangle only), and the gradient g, to which instants add their information.
   std::span<double> matrix() noexcept { return matrix_; }
@@ -53,6 +54,10 @@ class OffsetEquations {
   double observed_unknowns() const;
   /// Adds the solution to the arguments. Returns the largest change of an offset, m.
   double apply(BodyOffsets& offsets, double& size) const;
+
+  /// Writes the equations and the solution in progress, or takes them over from equations of the same marker set and
+  /// priors (see Archive).
+  void archive(Archive& members);
 
  private:
   struct Pair {

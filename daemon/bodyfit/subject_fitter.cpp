@@ -56,10 +56,38 @@ void SubjectFitter::begin(const BodyOffsets& offsets, double size, std::span<Bod
   sum_ = best_sum_ = {};
   next_ = part_ = 0;
   pose_passes_ = 0;
-  damping_ = 0.0;
+  best_prior_ = changed_m_ = damping_ = 0.0;
   iterations_ = rejections_ = 0;
   improved_ = false;
   stage_ = instants_.empty() ? Stage::Done : Stage::OptimisePoses;
+}
+
+void SubjectFitter::archive(Archive& members) { members(cost_, best_, best_size_, rms_m_, iterations_, improved_); }
+
+void SubjectFitter::archive_fit(Archive& members, std::span<BodyInstant> instants) {
+  const std::size_t count = members.count(instants_.size(), std::min(instants.size(), best_poses_.size()));
+  if (members.is_reading()) instants_ = instants.first(std::min(count, instants.size()));
+  members(stage_, next_, part_, pose_passes_, tried_, tried_size_, sum_, best_sum_, best_prior_, seen_, damping_,
+          changed_m_, rejections_);
+  for (BodyInstant& instant : instants_) members(instant);
+  // The first iteration writes the equations and the best poses.
+  if (iterations_ > 0) {
+    members(offset_equations_);
+    for (std::size_t i = 0; i < instants_.size(); ++i) members(best_poses_[i]);
+  }
+  if (!members.is_reading()) return;
+  check_fit(members);
+  // The equations of the instant that is gathered.
+  if (members.ok() && stage_ == Stage::Gather && part_ > 0)
+    (void)instant_equations_.eliminate(instants_[next_], best_, cost_);
+}
+
+// The stage and the indices come from bytes.
+void SubjectFitter::check_fit(Archive& members) const {
+  const bool uses_next = stage_ == Stage::OptimisePoses || stage_ == Stage::Gather;
+  if (stage_ < Stage::OptimisePoses || stage_ > Stage::Done || part_ >= instant_equations_.parts() ||
+      (uses_next && next_ >= instants_.size()))
+    members.fail();
 }
 
 bool SubjectFitter::work() {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "bodyfit/body_offsets.h"
 #include "bodyfit/instant_equations.h"
 #include "bodyfit/offset_equations.h"
@@ -54,8 +55,16 @@ class SubjectFitter {
   /// Lets the caller evaluate instants that are not part of the fit, between two calls of work().
   InstantEquations& equations() noexcept { return instant_equations_; }
 
+  /// Writes the result of the last fit, or takes it over from a fitter that was built with the same settings (see
+  /// Archive).
+  void archive(Archive& members);
+  /// The same for the fit in progress. `instants`: the caller's, of which the first are those of the fit.
+  void archive_fit(Archive& members, std::span<BodyInstant> instants);
+
  private:
   enum class Stage { OptimisePoses, Gather, Solve, Done };
+
+  void check_fit(Archive& members) const;
 
   bool optimise_next_pose();
   void evaluate_iteration();

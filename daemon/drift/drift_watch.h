@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/archive.h"
 #include "drift/drift_settings.h"
 #include "model/camera_model.h"
 #include "model/sighting.h"
@@ -20,6 +21,11 @@ struct CameraDrift {
   double moved_m = 0.0;
   double views = 0.0;                 ///< weighted number of observations
   CameraFromWorld camera_from_world;  ///< the estimated pose
+
+  void archive(Archive& members) {
+    members(drifted, off_px, rms_px, turned_rad, moved_m, views, camera_from_world.rotation,
+            camera_from_world.translation);
+  }
 };
 
 /// Detects during capture that the pose of a camera differs from its pose in the rig.
@@ -44,6 +50,9 @@ class DriftWatch {
   /// The last assessment of a camera of the rig.
   const CameraDrift& camera(CameraId camera) const { return cameras_[camera.value].drift; }
 
+  /// Writes what was learned, or takes it over from a watch of the same rig. Call between two sets.
+  void archive(Archive& members) { members(cameras_, updated_at_, next_marker_, next_camera_); }
+
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -55,6 +64,8 @@ class DriftWatch {
     double residual_sum = 0.0;
     double views = 0.0;
     CameraDrift drift;
+
+    void archive(Archive& members) { members(normal_matrix, gradient, residual_sum, views, drift); }
   };
 
   void forget(Timestamp now);

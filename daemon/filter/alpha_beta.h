@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/archive.h"
 #include "filter/point_filter.h"
 
 namespace mocap::filter {
@@ -32,6 +33,9 @@ class AlphaBeta {
   void restart(const Vector<N>& point, const Vector<N>& velocity);
   /// The covariance is that of the gate: the filter has no covariance of its state.
   Belief<N> belief() const { return {point_, velocity_, gate().covariance}; }
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(point_, velocity_, since_seen_s_, last_dt_s_, misses_); }
 
  private:
   AlphaBetaSettings settings_;

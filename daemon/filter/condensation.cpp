@@ -127,6 +127,13 @@ Gate<N> Condensation<N>::gate() const {
   return {belief_.point, belief_.covariance + Matrix<N>::Identity() * wider2};
 }
 
+template <int N>
+void Condensation<N>::archive(Archive& members) {
+  members(random_);
+  for (std::size_t i = 0; i < count_; ++i) members(particles_[i], weights_[i]);
+  members(since_seen_s_, weighted_, belief_);
+}
+
 template class Condensation<2>;
 template class Condensation<3>;
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "base/archive.h"
 #include "filter/point_filter.h"
 #include "filter/random.h"
 
@@ -45,10 +46,15 @@ class Condensation {
   }
   Belief<N> belief() const { return belief_; }
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
+
  private:
   struct Particle {
     Vector<N> point;
     Vector<N> velocity;
+
+    void archive(Archive& members) { members(point, velocity); }
   };
 
   void scatter(const Seen<N>& around, const Vector<N>& velocity, double velocity_sigma_u_s);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/archive.h"
 #include "filter/point_filter.h"
 
 namespace mocap::filter {
@@ -25,6 +26,8 @@ struct Motion {
   double pp = 0.0;                         ///< variance of the point, each axis
   double pv = 0.0;                         ///< covariance of point and velocity, each axis
   double vv = 0.0;                         ///< variance of the velocity, each axis
+
+  void archive(Archive& members) { members(point, velocity, pp, pv, vv); }
 };
 
 /// -2 ln of the likelihood of an innovation with the squared length `distance2`, without the constant N ln(2 pi). The
@@ -113,6 +116,9 @@ class IsotropicKalman {
 
   /// Replaces the state; the agility stays.
   void restart(const Motion<N>& motion) { motion_ = motion; }
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(motion_, agility_, added_, dt_s_, since_seen_s_); }
 
  private:
   // Weight of the newest measurement in the agility: an average over about eight measurements.

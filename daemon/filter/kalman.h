@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/archive.h"
 #include "filter/point_filter.h"
 
 namespace mocap::filter {
@@ -14,6 +15,11 @@ struct KalmanSettings {
   double max_agility = 1.0;             ///< largest factor on the variance of the process noise; 1: no adaptation
   double coast_half_life_s = 0.0;       ///< half-life of the speed without measurements; 0: constant speed
   bool white_noise = false;             ///< the acceleration varies within a step; false: it is constant in a step
+
+  void archive(Archive& members) {
+    members(acceleration_u_s2, acceleration_per_speed, birth_speed_u_s, gate_floor_u, gate_per_speed, max_agility,
+            coast_half_life_s, white_noise);
+  }
 };
 
 /// Kalman filter with constant velocity, driven by a random acceleration that is constant within a step:
@@ -48,6 +54,9 @@ class Kalman {
 
   const Matrix<N>& velocity_covariance() const { return vv_; }
   const Matrix<N>& cross_covariance() const { return pv_; }  ///< row: point, column: velocity
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(settings_, point_, velocity_, pp_, pv_, vv_, speed_, agility_, last_dt_s_); }
 
  private:
   double acceleration_variance() const;

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <concepts>
 
+#include "base/archive.h"
+
 namespace mocap::filter {
 
 // A filter estimates the motion of one point in N (2 or 3) dimensions. The unit of length is the caller's (px in an
@@ -18,6 +20,8 @@ template <int N>
 struct Seen {
   Vector<N> point;
   Matrix<N> covariance;
+
+  void archive(Archive& members) { members(point, covariance); }
 };
 
 /// The estimated state of a point.
@@ -26,6 +30,8 @@ struct Belief {
   Vector<N> point;
   Vector<N> velocity;    ///< u/s
   Matrix<N> covariance;  ///< of the point
+
+  void archive(Archive& members) { members(point, velocity, covariance); }
 };
 
 /// The region in which the next measurement is expected.
@@ -48,6 +54,8 @@ struct Gate {
   Fit fit(const Seen<N>& seen) const;
   /// The squared Mahalanobis distance only.
   double distance2(const Seen<N>& seen) const;
+
+  void archive(Archive& members) { members(centre, covariance); }
 };
 
 /// A motion filter of one point. In each step: predict, then gate, then update or coast.

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/archive.h"
+
 namespace mocap::filter {
 
 /// A small random generator that gives the same numbers on every machine.
@@ -45,6 +47,8 @@ class Random {
     constexpr double kScale = 2.6428960e-5;  // sqrt(12 / 4) / 65536
     return (static_cast<double>(sum) - 131070.0) * kScale;
   }
+
+  void archive(Archive& members) { members(state_, spare_, has_spare_); }
 
  private:
   std::uint64_t state_;

@@ -38,6 +38,14 @@ void Fusion::adopt(Fusion& before, const Handover& handover) {
   snapshot_.description_version = before.snapshot_.description_version + 1;
 }
 
+void Fusion::archive(Archive& members) {
+  members(identities_, assessed_, pending_fit_, fits_, snapshot_.description_version);
+  members(*parts_.matcher, *parts_.triangulator, *parts_.tracker, *parts_.labeller, *parts_.solver);
+  if (parts_.refiner) members(*parts_.refiner);
+  if (parts_.drift) members(*parts_.drift);
+  if (parts_.drift && assessed_.value >= identities_.camera_count()) members.fail();
+}
+
 void Fusion::refit(const SubjectFit& fit) {
   if (parts_.refiner) parts_.refiner->recognised(fit);
   pending_fit_ = fit;

@@ -52,6 +52,11 @@ class Fusion {
   /// allocates.
   void adopt(Fusion& before, const Handover& handover);
 
+  /// Writes the belief, or takes it over from a fusion that was built with the same settings, so that both give the
+  /// same snapshots from then on. Call between two steps. Writing never allocates; the belief is smaller than
+  /// kMostBeliefBytes (model/belief.h).
+  void archive(Archive& members);
+
   /// Uses a fit of a subject that was made elsewhere, from the next step on.
   void refit(const SubjectFit& fit);
   /// As Labeller::reset.

@@ -115,6 +115,11 @@ void AnyPoseFinder::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   fit_.refit(rest_offsets_m, marker_offsets_m);
   for (std::size_t b = 0; b < rest_offsets_m.size(); ++b) set_.skeleton.bones[b].rest_offset_m = rest_offsets_m[b];
   for (std::size_t m = 0; m < marker_offsets_m.size(); ++m) set_.markers[m].offset_m = marker_offsets_m[m];
+  refit_search();
+}
+
+// Takes over the offsets of `set_`.
+void AnyPoseFinder::refit_search() {
   search_.refit(set_);
   for (Root& root : roots_) {
     search_.refit(root.plan);
@@ -137,10 +142,14 @@ void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
 void AnyPoseFinder::begin_round(const BodyUncertainty& uncertainty) {
   uncertainty_ = uncertainty;
   root_ = 0;
-  // All points count as clutter: for one limb, so do the markers of the other limbs.
-  search_.begin(cloud_, uncertainty_, static_cast<double>(cloud_.size()) / kClutterVolume_m3);
+  begin_search();
   search_.start(roots_[root_].bone, roots_[root_].plan);
   stage_ = Stage::Search;
+}
+
+// All points count as clutter: for one limb, so do the markers of the other limbs.
+void AnyPoseFinder::begin_search() {
+  search_.begin(cloud_, uncertainty_, static_cast<double>(cloud_.size()) / kClutterVolume_m3);
 }
 
 bool AnyPoseFinder::advance(std::size_t work) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
 #include "identify/body_pose_search.h"
@@ -37,6 +38,8 @@ struct FoundPose {
   double margin = 0.0;                             ///< cost of the next best hypothesis minus `cost`
   int matched = 0;                                 ///< markers with an unambiguous point
   int explained = 0;                               ///< markers with a point, ambiguous or not
+
+  void archive(Archive& members) { members(point_of_marker, locals, rms_m, cost, margin, matched, explained); }
 };
 
 /// Finds a body of known bone lengths and marker offsets in any pose, in the points of one instant. Points that are no
@@ -73,6 +76,8 @@ class AnyPoseFinder {
   /// Begins a search; ends a running one without result. Uses the first kMaxCloudPoints points.
   void begin(std::span<const Eigen::Vector3d> points);
   bool searching() const noexcept { return stage_ != Stage::Idle; }
+  /// Points of the last `begin`.
+  std::size_t point_count() const noexcept { return cloud_.size(); }
   /// Continues the search by about `work` bone fits (about 0.5 us each). Returns true when the search has ended.
   bool advance(std::size_t work);
   /// The result of the last search; empty until that search has ended.
@@ -83,6 +88,11 @@ class AnyPoseFinder {
 
   /// Bone fits of the last search so far, to bound the work of a set.
   std::size_t work() const noexcept { return search_.work() - work_at_begin_ + fit_work_; }
+
+  /// Takes over all of another finder, also a search in progress. `before` is not used afterwards.
+  void adopt(AnyPoseFinder& before);
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
 
  private:
   enum class Stage { Idle, Search, Fit, ReopenLimb, Alternatives };
@@ -99,10 +109,16 @@ class AnyPoseFinder {
     int matched = 0;
     std::vector<int> point_of_marker;
     std::vector<Pose> locals;
+
+    void archive(Archive& members) { members(hypothesis, cost, rms_m, matched, point_of_marker, locals); }
   };
   using Difference = std::vector<std::pair<int, int>>;  // marker, point
 
   std::vector<SearchPlan> limbs_of(int root, const SearchPlan& plan) const;
+  void refit_search();
+  void begin_search();
+  void resume_search();
+  bool has_valid_indices() const;
   void step();
   void begin_round(const BodyUncertainty& uncertainty);
   void choose_fits();

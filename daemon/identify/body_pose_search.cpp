@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "base/expects.h"
 #include "kinematics/joint_prior.h"
@@ -26,6 +27,11 @@ constexpr double kMaxJointSigma_m[] = {0.12, 0.20, 0.35};
 constexpr double kUnseenLeverFraction = 0.6;
 // Largest cost of a joint beyond its range.
 constexpr double kMaxRangeCost = 12.0;
+
+// Whether each of these points, some of which may be negative, is one of `count` points.
+bool is_within(std::span<const int> points, std::size_t count) {
+  return std::ranges::all_of(points, [&](int point) { return point < static_cast<int>(count); });
+}
 
 }  // namespace
 
@@ -252,6 +258,32 @@ void BodyPoseSearch::prune_beam() {
   expansions_.clear();
   next_ = 0;
   ++step_;
+}
+
+void BodyPoseSearch::archive(Archive& members) {
+  members(proposer_, root_, next_, step_, count_, seeds_, expansions_);
+  if (count_ > hypotheses_.size()) members.fail();
+  if (!members.ok()) return;
+  for (BodyPoseHypothesis& hypothesis : std::span(hypotheses_).first(count_)) members(hypothesis);
+  if (members.is_reading() && !has_valid_indices()) members.fail();
+}
+
+bool BodyPoseSearch::fits(const pose::BoneProposal& proposal, int bone) const {
+  return proposal.point_of.size() == shapes_.of(static_cast<std::size_t>(bone)).points.size() &&
+         is_within(proposal.point_of, cloud_->size());
+}
+
+// Whether the members that were read refer to existing points, hypotheses and bones.
+bool BodyPoseSearch::has_valid_indices() const {
+  if (root_ >= static_cast<int>(shapes_.size()) || (root_ >= 0 && count_ > 0)) return false;
+  const bool extends = root_ < 0 && step_ < plan_->size();
+  if ((extends && count_ > 0 && next_ >= count_) || (!extends && !expansions_.empty())) return false;
+  return std::ranges::all_of(seeds_, [&](const auto& seed) { return root_ < 0 || fits(seed, root_); }) &&
+         std::ranges::all_of(hypotheses(),
+                             [&](const auto& one) { return is_within(one.point_of_marker, cloud_->size()); }) &&
+         std::ranges::all_of(expansions_, [&](const Expansion& one) {
+           return one.hypothesis < count_ && fits(one.bone, (*plan_)[step_].bone);
+         });
 }
 
 }  // namespace mocap::identify

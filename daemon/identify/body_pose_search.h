@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "kinematics/bone_shapes.h"
 #include "model/skeleton.h"
 #include "model/transform.h"
@@ -18,6 +19,8 @@ namespace mocap::identify {
 struct BodyUncertainty {
   double marker_sigma_m = 0.003;  ///< of a marker from its position on the fitted body
   double joint_sigma_m = 0.010;   ///< of the joint between two bones
+
+  void archive(Archive& members) { members(marker_sigma_m, joint_sigma_m); }
 };
 
 /// A partial pose of a body with the points assigned to its markers.
@@ -26,6 +29,8 @@ struct BodyPoseHypothesis {
   pose::UsedPoints used;
   std::vector<int> point_of_marker;             ///< -1: none
   std::vector<pose::BonePoseHypothesis> bones;  ///< undefined for bones that the search has not reached
+
+  void archive(Archive& members) { members(cost, used, point_of_marker, bones); }
 };
 
 /// One step of a search: a bone, and the joint to a neighbour that already has a pose.
@@ -65,6 +70,8 @@ class BodyPoseSearch {
   /// Starts a search for the bones of `plan` on the points that `hypothesis` does not use; all other bones of the
   /// hypothesis have a pose. The plan outlives the search.
   void start(const BodyPoseHypothesis& hypothesis, const SearchPlan& plan);
+  /// The points of the search in progress have moved to this object, which must outlive the search.
+  void follow(const pose::PointCloud& cloud) noexcept { cloud_ = &cloud; }
   /// Extends one hypothesis by one bone. Returns true when the plan is complete.
   bool expand();
   /// The hypotheses, by ascending cost.
@@ -73,12 +80,18 @@ class BodyPoseSearch {
   /// Bone fits and distance searches since the construction.
   std::size_t work() const noexcept { return proposer_.work(); }
 
+  /// Writes the search in progress, or takes it over (see Archive). A reader first calls `refit`, `begin` and `start`
+  /// with the offsets, the points and the plan of that search, which are not among the members.
+  void archive(Archive& members);
+
  private:
   struct Expansion {
     double cost = 0.0;
     std::size_t hypothesis = 0;
     double joint_sigma_m = 0.0;
     pose::BoneProposal bone;
+
+    void archive(Archive& members) { members(cost, hypothesis, joint_sigma_m, bone); }
   };
 
   bool seed_root();
@@ -90,6 +103,8 @@ class BodyPoseSearch {
   void apply_expansion(BodyPoseHypothesis& into, const Expansion& expansion, int bone,
                        const Eigen::Vector3d& joint_m) const;
   bool are_equivalent(const BodyPoseHypothesis& a, const BodyPoseHypothesis& b) const;
+  bool fits(const pose::BoneProposal& proposal, int bone) const;
+  bool has_valid_indices() const;
 
   MarkerSet set_;
   kinematics::BoneShapes shapes_;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "model/skeleton.h"
 
 namespace mocap::identify {
@@ -13,6 +14,8 @@ struct InterMarkerDistance {
   double min_m = 0.0;
   double max_m = 0.0;
   bool rigid = false;  ///< the distance is constant: `min_m` equals `max_m`
+
+  void archive(Archive& members) { members(min_m, max_m, rigid); }
 };
 
 /// Distance constraints between the markers of a body: markers of one bone, and markers of two bones that share a
@@ -25,6 +28,9 @@ class DistanceConstraints {
 
   /// Takes over fitted offsets. `set` equals the set of the constructor except for its offsets. Allocates nothing.
   void refit(const MarkerSet& set);
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(distances_); }
 
  private:
   std::vector<std::vector<InterMarkerDistance>> distances_;  // by marker

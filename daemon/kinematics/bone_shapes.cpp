@@ -69,6 +69,13 @@ void BoneShapes::refit(const MarkerSet& set) {
   }
 }
 
+void BoneShapes::archive(Archive& members) {
+  for (BoneShape& shape : shapes_) {
+    for (ShapePoint& point : shape.points) members(point.position_m);
+    for (ShapeJoint& joint : shape.joints) members(joint.joint_in_bone_m, joint.joint_in_neighbour_m);
+  }
+}
+
 bool BoneShapes::determines_rotation(std::size_t bone) const {
   const auto& points = shapes_[bone].points;
   for (std::size_t i = 0; i + 2 < points.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "base/archive.h"
 #include "model/skeleton.h"
 
 namespace mocap::kinematics {
@@ -37,6 +38,9 @@ class BoneShapes {
 
   /// Takes over fitted offsets. `set` equals the set of the constructor except for its offsets. Allocates nothing.
   void refit(const MarkerSet& set);
+
+  /// Writes the offsets, or takes them over from shapes of the same marker set (see Archive).
+  void archive(Archive& members);
 
   std::size_t size() const noexcept { return shapes_.size(); }
   const BoneShape& of(std::size_t bone) const { return shapes_[bone]; }

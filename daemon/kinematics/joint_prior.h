@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "base/archive.h"
 #include "kinematics/tree_equations.h"
 #include "model/skeleton.h"
 #include "model/transform.h"
@@ -50,6 +51,8 @@ struct SwivelPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();     ///< unit normal of the plane
   Eigen::Vector3d bone_axis = Eigen::Vector3d::Zero();  ///< unit vector along the bone in rest pose
   double weight_1_rad2 = 0.0;  ///< information of the angle between bone and plane; 0: the plane is unknown
+
+  void archive(Archive& members) { members(normal, bone_axis, weight_1_rad2); }
 };
 
 /// The prior of one joint during a fit. The three unknowns of a joint are a small rotation that precedes its rotation,
@@ -82,6 +85,11 @@ class JointPrior {
   Eigen::Matrix3d rotation_covariance(const Eigen::Matrix3d& unknowns) const;
   /// The rotation after a step of the unknowns.
   Eigen::Quaterniond apply_step(const Eigen::Quaterniond& local, const Eigen::Vector3d& step) const;
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) {
+    members(has_calibrated_axis_, nominal_from_calibrated_, plane_, nominal_rotation_vector_);
+  }
 
  private:
   Eigen::Matrix3d jacobian_of_free_axes() const;

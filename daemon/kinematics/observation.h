@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "base/archive.h"
+
 namespace mocap::kinematics {
 
 /// A measurement of one labelled marker: a 3D point, or a bearing (a ray of one camera).
@@ -17,6 +19,8 @@ struct Observation {
   bool is_ambiguous = false;
   /// a ray of one camera: `position` is a point of the ray, with no information along the ray
   bool bearing_only = false;
+
+  void archive(Archive& members) { members(marker, position, sigma_m, weight_1_m2, is_ambiguous, bearing_only); }
 };
 
 /// A marker position with covariance. `skin_sigma_m` is the motion of the marker on the skin. A covariance that is not

@@ -5,6 +5,7 @@
 
 #include "base/expects.h"
 #include "kinematics/algebra.h"
+#include "kinematics/archive_body.h"
 #include "kinematics/rotation.h"
 
 namespace mocap::kinematics {
@@ -51,6 +52,13 @@ void PoseFit::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = marker_offsets_m[m];
   scale_ = 1.0;
   update_world();
+}
+
+void PoseFit::archive(Archive& members) {
+  archive_offsets(set_, members);
+  for (JointPrior& joint : joints_) members(joint);
+  members(equations_, locals_, model_offsets_, scale_);
+  if (members.is_reading()) update_world();
 }
 
 void PoseFit::place(const Pose& world_from_root, double scale) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "kinematics/joint_prior.h"
 #include "kinematics/observation.h"
 #include "kinematics/tree_equations.h"
@@ -18,6 +19,8 @@ struct PoseFitResult {
   double rms_m = 0.0;  ///< of the marker positions; bearing-only and ambiguous observations are excluded
   int iterations = 0;
   bool converged = false;  ///< the last step was small
+
+  void archive(Archive& members) { members(cost, rms_m, iterations, converged); }
 };
 
 /// Levenberg-Marquardt damping of a pose fit: the initial and smallest value, and the value above which the fit stops.
@@ -87,6 +90,9 @@ class PoseFit {
   Eigen::Matrix3d local_covariance(std::size_t bone) const {
     return joints_[bone].rotation_covariance(equations_.joint_rotation_covariance(bone));
   }
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
 
  private:
   // Residual of one observation in the current pose.

@@ -53,7 +53,7 @@ TreeEquations::TreeEquations(std::vector<Link> links) : links_(std::move(links))
   w_.resize(n);
   v_.resize(n);
   covariances_.resize(n);
-  joint_rotation_covariances_.resize(n);
+  joint_rotation_covariances_.resize(n, Matrix3d::Zero());
 }
 
 // Adds prior and damping to the information matrix in `inverse`, inverts it, and subtracts the prior's gradient from

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/archive.h"
+
 namespace mocap::kinematics {
 
 /// Quadratic cost of the small displacement x = (w, v) of one bone: the bone rotates by w, and its point in the joint
@@ -73,6 +75,10 @@ class TreeEquations {
   /// By the last `compute_covariances`: of the joint's own rotation unknowns.
   const Eigen::Matrix3d& joint_rotation_covariance(std::size_t link) const { return joint_rotation_covariances_[link]; }
 
+  /// Writes the last covariances, or takes them over from equations of the same links (see Archive). All else is
+  /// computed anew by each solve.
+  void archive(Archive& members) { members(covariances_, joint_rotation_covariances_); }
+
  private:
   // Eliminated unknowns as a function of the displacement (dw, dv) of the parent: x = inverse * (right - w^T dw - v^T
   // dv).
@@ -86,6 +92,8 @@ class TreeEquations {
     Eigen::Matrix3d ww;
     Eigen::Matrix3d vw;
     Eigen::Matrix3d vv;
+
+    void archive(Archive& members) { members(ww, vw, vv); }
   };
 
   [[nodiscard]] bool eliminate(double damping, double min_information);

@@ -95,6 +95,12 @@ class BodyLabeller final : public Labeller {
     step_ = same->step_;
   }
 
+  void archive(Archive& members) override {
+    members(stationary_, reports_, away_, next_, at_, step_);
+    for (SubjectLabeller& subject : subjects_) members(subject);
+    for (SubjectSearch& search : searches_) members(search);
+  }
+
  private:
   void lose_out_of_sight(Timestamp at) {
     for (std::size_t i = 0; i < subjects_.size(); ++i) {

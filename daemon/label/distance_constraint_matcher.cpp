@@ -161,4 +161,15 @@ std::span<const DistanceConstraintMatcher::AssignmentHypothesis> DistanceConstra
   return hypotheses_;
 }
 
+void DistanceConstraintMatcher::archive(Archive& members) {
+  members(label_count_, candidate_count_);
+  if (label_count_ > kMaxLimbLabels || candidate_count_ > kMaxCandidates) members.fail();
+  if (!members.ok()) return;
+  for (std::size_t p = 0; p < candidate_count_; ++p) members(positions_[p]);
+  for (std::size_t n = 0; n < label_count_; ++n) {
+    members(markers_[n]);
+    for (std::size_t p = 0; p < candidate_count_; ++p) members(costs_[n][p]);
+  }
+}
+
 }  // namespace mocap::label

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "identify/distance_constraints.h"
 
 namespace mocap::label {
@@ -30,6 +31,8 @@ class DistanceConstraintMatcher {
   struct AssignmentHypothesis {
     double cost = 0.0;
     std::array<std::int8_t, kMaxLimbLabels> candidate_of{};  ///< by label, in the order of `add_label`; or kUnassigned
+
+    void archive(Archive& members) { members(cost, candidate_of); }
   };
 
   DistanceConstraintMatcher();
@@ -59,6 +62,9 @@ class DistanceConstraintMatcher {
 
   /// Cost of a distance of `apart_m` between two markers with this constraint, at most 20.
   static double cost_of(const identify::InterMarkerDistance& constraint, double apart_m);
+
+  /// Writes labels, candidates and their costs, or takes them over (see Archive).
+  void archive(Archive& members);
 
  private:
   struct Choice {

@@ -312,4 +312,33 @@ LimbHypothesisSolver::Probabilities LimbHypothesisSolver::association_probabilit
   return probabilities;
 }
 
+void LimbHypothesisSolver::archive(Archive& members) {
+  members(stage_);
+  if (!busy()) return;  // the next search begins with `clear`
+  members(matcher_, candidates_, continuity_, current_, body_, rest_observations_, unreliable_, hypotheses_);
+  members(evaluated_count_, swap_limit_, next_label_, next_reevaluated_, best_, likeliest_, found_, best_pose_);
+  if (members.is_reading() && !has_valid_indices()) members.fail();
+}
+
+// Whether the members that were read refer to existing markers, candidates and hypotheses.
+bool LimbHypothesisSolver::has_valid_indices() const {
+  const auto is_valid = [&](const AssignmentHypothesis& one) {
+    return std::ranges::all_of(std::span(one.candidate_of).first(label_count()), [&](int candidate) {
+      return candidate >= kUnassigned && candidate < static_cast<int>(candidates_.size());
+    });
+  };
+  const auto is_marker = [&](std::size_t m) { return m < bone_of_.size(); };
+  for (std::size_t n = 0; n < label_count(); ++n) {
+    if (!is_marker(marker(n))) return false;
+  }
+  for (const kinematics::Observation& one : rest_observations_) {
+    if (one.marker < 0 || !is_marker(static_cast<std::size_t>(one.marker))) return false;
+  }
+  const bool has_best = stage_ != Stage::Initial;  // before, best_ is of another search
+  return stage_ <= Stage::Done && candidates_.size() == matcher_.candidate_count() && !hypotheses_.empty() &&
+         evaluated_count_ <= hypotheses_.size() && next_reevaluated_ <= hypotheses_.size() &&
+         (evaluated_count_ == 0 || best_pose_.size() == unreliable_.size()) && is_valid(current_) &&
+         (!has_best || is_valid(best_)) && std::ranges::all_of(hypotheses_, is_valid);
+}
+
 }  // namespace mocap::label

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "identify/distance_constraints.h"
 #include "kinematics/observation.h"
 #include "label/distance_constraint_matcher.h"
@@ -40,6 +41,8 @@ class LimbHypothesisSolver {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     double sigma_m = 0.0;
     bool is_young = false;  ///< tentative: may be clutter, rays that intersect by chance
+
+    void archive(Archive& members) { members(track, at, sigma_m, is_young); }
   };
 
   LimbHypothesisSolver(const MarkerSet& set, const pose::SkeletonTrackerSettings& follow);
@@ -83,6 +86,9 @@ class LimbHypothesisSolver {
   /// zero if one of these leaves the candidate unassigned.
   Probabilities association_probabilities(int candidate) const;
 
+  /// Writes the search in progress, or takes it over (see Archive). The result of a search that ended is not a member.
+  void archive(Archive& members);
+
  private:
   enum class Stage { Initial, SwapNeighbours, Alternatives, SameBoneAmbiguities, Done };
 
@@ -104,6 +110,7 @@ class LimbHypothesisSolver {
   double margin(std::size_t label, std::size_t other_label) const;
   std::size_t label_at(const DistanceConstraintMatcher::AssignmentHypothesis& hypothesis, int candidate) const;
   void select_best();
+  bool has_valid_indices() const;
 
   DistanceConstraintMatcher matcher_;
   std::vector<int> bone_of_;  // by marker

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 
+#include "base/archive.h"
 #include "label/labelled_tracks.h"
 #include "label/stationary_tracks.h"
 #include "model/search_report.h"
@@ -23,6 +24,9 @@ class SearchReports {
   /// The report of this set, without views. Borrowed until the next call.
   const SearchReport& make(SubjectId subject, bool is_fitted, const LabelledTracks& tracks,
                            const StationaryTracks& stationary, Timestamp at);
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(due_at_); }
 
  private:
   Duration still_for_;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/time.h"
 #include "model/sighting.h"
 
@@ -29,6 +30,9 @@ class StationaryTracks {
   /// World position, m, of the i-th track of the last `update`: mean over its rest period.
   Eigen::Vector3d mean(std::size_t i) const { return current_[i].sum / current_[i].count; }
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(at_, current_); }
+
  private:
   struct RestPeriod {
     TrackId track;
@@ -36,6 +40,8 @@ class StationaryTracks {
     Eigen::Vector3d from = Eigen::Vector3d::Zero();
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double count = 1.0;
+
+    void archive(Archive& members) { members(track, since, from, sum, count); }
   };
 
   double radius_m_;

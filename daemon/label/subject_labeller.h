@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
 #include "identify/distance_constraints.h"
@@ -34,10 +35,10 @@ namespace mocap::label {
 /// Order of calls in a set, made by `BodyLabeller` and `TrackAssociation`: `match_tracks`; while tracking: `predict`,
 /// `fit`, `build_costs`, `release_unassigned`, `assign`, `revise`, `check_loss`. Without a body: `recognise`.
 ///
-/// The four source files are: subject_labeller.cpp (tracks, prediction, life cycle), association_costs.cpp (costs of
-/// single assignments, rejection of labels), limb_selection.cpp (which limb, which candidates) and reassociate_limb.cpp
-/// (application of a limb hypothesis, ambiguous observations). mechanisms.md explains each mechanism and the evidence
-/// for it; one tracker with a single probabilistic model is to replace them.
+/// The source files are: subject_labeller.cpp (tracks, prediction, life cycle), association_costs.cpp (costs of
+/// single assignments, rejection of labels), limb_selection.cpp (which limb, which candidates), reassociate_limb.cpp
+/// (application of a limb hypothesis, ambiguous observations) and labeller_archive.cpp (the belief). mechanisms.md
+/// explains each mechanism and the evidence for it; one tracker with a single probabilistic model is to replace them.
 ///
 /// Costs here are negative log likelihoods times two ("squared sigmas", chi-square units); costs in
 /// `LimbHypothesisSolver` are half of that. Positions are in world coordinates, m. One thread; allocates in the
@@ -118,6 +119,9 @@ class SubjectLabeller {
   /// Replaces bone lengths and marker offsets. Requires as many as the marker set has.
   void refit(const SubjectFit& fit);
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
+
  private:
   // Standard deviation of a marker that took part in the pose fit from the position that the fit gives it. Chosen by
   // hand; not yet measured.
@@ -134,6 +138,8 @@ class SubjectLabeller {
   struct Marginal {
     std::uint16_t marker;
     float probability;
+
+    void archive(Archive& members) { members(marker, probability); }
   };
   struct LabelMemory {
     TrackId track;
@@ -152,6 +158,8 @@ class SubjectLabeller {
     Timestamp seen_at;  // time of position and velocity, which are of the track, or of last_track
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+
+    void archive(Archive& members);
   };
   // Predicted position of a marker and its covariance. `known` is false if the pose does not determine the position.
   struct PredictedPlace {

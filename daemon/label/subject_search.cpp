@@ -66,7 +66,7 @@ void SubjectSearch::learn_joints(const pose::SkeletonTracker& body) {
 // The other finders depend on the definition of the subject and on the settings alone.
 void SubjectSearch::adopt(SubjectSearch& before) {
   fitted_ = before.fitted_;
-  any_pose_ = std::move(before.any_pose_);
+  any_pose_.adopt(before.any_pose_);
   pose_fit_ = std::move(before.pose_fit_);
   random_ = before.random_;
   search_apose_next_ = before.search_apose_next_;
@@ -258,6 +258,17 @@ std::optional<double> SubjectSearch::residual_cost(const RecognisedSubject& othe
       other.locals.size() != set_.skeleton.bones.size())
     return std::nullopt;
   return fit(tracks, other, kFitIterations);
+}
+
+// As in `adopt`, the other finders have no belief.
+void SubjectSearch::archive(Archive& members) {
+  members(fitted_, search_apose_next_, any_pose_, pose_fit_, track_of_point_, random_, searched_at_, not_found_at_);
+  members(sets_to_verify_, max_residual_m_, found_);
+  if (!members.is_reading()) return;
+  const bool has_tracks = !any_pose_.searching() || any_pose_.point_count() <= track_of_point_.size();
+  const bool has_pose =
+      found_.track_of_marker.size() == set_.markers.size() && found_.locals.size() == set_.skeleton.bones.size();
+  if (!has_tracks || (sets_to_verify_ > 0 && !has_pose)) members.fail();
 }
 
 }  // namespace mocap::label

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "identify/any_pose_finder.h"
 #include "identify/calibration_pose.h"
@@ -30,6 +31,10 @@ struct RecognisedSubject {
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;
   double rms_m = 0.0;  ///< distance of the markers from the fitted body
+
+  void archive(Archive& members) {
+    members(track_of_marker, locals, is_newly_fitted, rest_offsets_m, marker_offsets_m, rms_m);
+  }
 };
 
 /// Searches for one subject among the tracks without a label. A body of one bone is found by its inter-marker
@@ -67,6 +72,9 @@ class SubjectSearch {
   /// Negative log likelihood of this body on the tracks of another subject: half the sum of squared residuals over
   /// sigma^2. Nothing if the marker sets differ in size, this body is not fitted, or the other one was just fitted.
   std::optional<double> residual_cost(const RecognisedSubject& other, const LabelledTracks& tracks);
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
 
  private:
   void gather(const LabelledTracks& tracks, const StationaryTracks& stationary, Duration still_for);

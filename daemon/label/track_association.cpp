@@ -124,7 +124,7 @@ void TrackAssociation::associate(std::vector<SubjectLabeller>& subjects, Labelle
   index_assignment(rows, columns);
   // All labels that lose their track release it before another label takes it.
   for (std::size_t s = 0; s < subjects.size(); ++s) {
-    if (subjects[s].participates())
+    if (subjects[s].tracking() && subjects[s].participates())
       subjects[s].release_unassigned(columns.subspan(first_row_[s], subjects[s].label_count()), tracks);
   }
   for (const geometry::AllowedPair& pair : pairs_) {

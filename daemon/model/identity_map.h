@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "base/time.h"
 #include "model/handover.h"
@@ -22,6 +23,8 @@ struct TrackIdentity {
   Timestamp observed_at;
   /// The labeller took the label from the track, because fewer than two cameras see the marker.
   bool is_retained = false;
+
+  void archive(Archive& members) { members(track, label, since, observed_at, is_retained); }
 };
 
 /// The memory of marker identity between frame sets: which label, which 3D track and which 2D tracks belong together.
@@ -55,6 +58,11 @@ class IdentityMap {
   /// `predict`.
   void adopt(const IdentityMap& before, const Handover& handover);
 
+  /// Writes the identities, or takes them over from a map for as many cameras. Call between two sets.
+  void archive(Archive& members) { members(tracks_, cameras_); }
+
+  std::size_t camera_count() const noexcept { return cameras_.size(); }
+
   /// Whether the labeller gave this track a label in the last set.
   bool has_label(TrackId track) const;
 
@@ -80,6 +88,8 @@ class IdentityMap {
     std::vector<BlobTrackIdentity> blob_tracks;  // by slot
     BoundedVector<RecentBearing, BlobIdentities::kMaxRecent> recent_bearings;
     std::uint32_t image = 0;  // number of images so far
+
+    void archive(Archive& members) { members(blob_tracks, recent_bearings, image); }
   };
   struct TrackIndex {
     TrackId track;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "base/time.h"
 #include "model/blob.h"
@@ -131,6 +132,11 @@ struct TrackedMarker {
   std::uint32_t age_sets = 0;                                   ///< sets since track initiation
   std::uint32_t missed_sets = 0;  ///< since the last measurement; only sets with two cameras that saw the marker last
   std::uint32_t prediction = Match::kNew;  ///< of its measurement: index in Predictions::markers, or kNew
+
+  void archive(Archive& members) {
+    members(id, state, position.v, velocity_m_s, covariance_m2, residual_px, cameras, seen_by, age_sets, missed_sets,
+            prediction);
+  }
 };
 
 using TrackedMarkers = BoundedVector<TrackedMarker, kMaxMarkers>;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "model/bounds.h"
 #include "model/camera_bits.h"
@@ -78,6 +79,10 @@ struct SubjectFit {
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;     ///< by bone
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;  ///< by marker
   double residual_m = 0.0;                                      ///< rms of the markers in the fitted pose
+
+  void archive(Archive& members) {
+    members(subject, description_version, rest_offsets_m, marker_offsets_m, residual_m);
+  }
 };
 
 }  // namespace mocap

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "base/archive.h"
 #include "model/points.h"
 
 namespace mocap {
@@ -37,6 +38,8 @@ struct Pose {
     const Eigen::Quaterniond back = rotation.conjugate();
     return {-(back * position), back};
   }
+
+  void archive(Archive& members) { members(position, rotation); }
 };
 
 }  // namespace mocap

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "base/archive.h"
 #include "model/handover.h"
 #include "model/predictions.h"
 #include "model/search_report.h"
@@ -47,6 +48,10 @@ class Labeller {
   /// the bodies of the subjects that continue. Call before the first `label`; allocates. A labeller without memory, or
   /// of another kind than `before`, does nothing.
   virtual void adopt(Labeller& /*before*/, const Handover& /*handover*/) {}
+
+  /// Writes the belief, or takes it over from a labeller that was built with the same settings. Call between two sets.
+  /// A labeller without memory does nothing.
+  virtual void archive(Archive& /*members*/) {}
 };
 
 }  // namespace mocap

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "base/archive.h"
 #include "base/time.h"
 #include "model/handover.h"
 #include "model/predictions.h"
@@ -31,6 +32,10 @@ class MarkerTracker {
   /// `before` gave to a track is not used again. Call before the first `step`. A tracker without memory, or of another
   /// kind than `before`, does nothing.
   virtual void adopt(MarkerTracker& /*before*/, const Handover& /*handover*/) {}
+
+  /// Writes the belief, or takes it over from a tracker that was built with the same settings. Call between two sets. A
+  /// tracker without memory does nothing.
+  virtual void archive(Archive& /*members*/) {}
 };
 
 }  // namespace mocap

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/archive.h"
 #include "model/predictions.h"
 #include "model/sighting.h"
 
@@ -16,6 +17,10 @@ class Matcher {
   /// one match, unless it is marked as shared. `predicted.views` has the views of `frames` or is empty. The result is
   /// borrowed until the next call.
   virtual const Matches& match(const FrameSet& frames, const Predictions& predicted) = 0;
+
+  /// Writes the belief, or takes it over from a matcher that was built with the same settings. Call between two sets. A
+  /// matcher without memory does nothing.
+  virtual void archive(Archive& /*members*/) {}
 };
 
 }  // namespace mocap

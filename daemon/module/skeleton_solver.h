@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "base/archive.h"
 #include "base/time.h"
 #include "model/handover.h"
 #include "model/predictions.h"
@@ -42,6 +43,10 @@ class SkeletonSolver {
   /// which is not used afterwards. Call before the first `solve`; allocates. A solver without memory, or of another
   /// kind than `before`, does nothing.
   virtual void adopt(SkeletonSolver& /*before*/, const Handover& /*handover*/) {}
+
+  /// Writes the belief, or takes it over from a solver that was built with the same settings. Call between two sets. A
+  /// solver without memory does nothing.
+  virtual void archive(Archive& /*members*/) {}
 };
 
 }  // namespace mocap

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <span>
 
+#include "base/archive.h"
 #include "model/skeleton.h"
 #include "model/transform.h"
 #include "pose/bone_pose_proposer.h"
@@ -16,6 +17,8 @@ struct BonePoseHypothesis {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();     ///< of the unobserved rotation, as in BoneProposal
   Eigen::Vector3d joint_m = Eigen::Vector3d::Zero();  ///< the joint to the bone that it was attached to, in its frame
   double joint_sigma_m = 0.0;                         ///< of the joint's position
+
+  void archive(Archive& members) { members(world, dof, axis, joint_m, joint_sigma_m); }
 };
 
 /// The squared excess of a rotation relative to the parent over the joint's range, summed over axes, rad^2.

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "geometry/rigid_fit.h"
 #include "kinematics/bone_shapes.h"
@@ -17,6 +18,8 @@ struct BoneProposalSettings {
   double marker_sigma_m = 0.006;      ///< of a marker from its position on the bone
   double missed_fraction = 0.1;       ///< prior probability that a marker is not detected
   double clutter_density_1_m3 = 1.0;  ///< density of points that do not belong to this body
+
+  void archive(Archive& members) { members(marker_sigma_m, missed_fraction, clutter_density_1_m3); }
 };
 
 /// Rotational degrees of freedom of a bone that its points observe.
@@ -36,6 +39,8 @@ struct BoneProposal {
   int seen = 0;
   /// by point of the shape; -1: not detected; -2: the marker has a point of a neighbour
   BoundedVector<int, kinematics::kMaxShapePoints> point_of;
+
+  void archive(Archive& members) { members(world_from_bone, dof, axis, cost, seen, point_of); }
 };
 
 /// The joint that a bone is attached to.
@@ -74,6 +79,9 @@ class BonePoseProposer {
 
   /// Rigid fits and distance searches since the construction, to bound the work.
   std::size_t work() const noexcept { return work_; }
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(settings_, bone_, work_); }
 
  private:
   void complete_proposal(const kinematics::BoneShape& shape, const JointAnchor* from, const PointCloud& cloud,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "base/archive.h"
 #include "base/time.h"
 
 namespace mocap::pose {
@@ -35,11 +36,16 @@ class DepthGaussianSum {
   /// Makes the last `update` permanent, if it was for this instant.
   void commit(Timestamp at);
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(committed_, updated_, committed_at_, updated_at_, direction_); }
+
  private:
   struct Component {
     Eigen::Vector2d state = Eigen::Vector2d::Zero();  // depth m, velocity m/s
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
     double probability = 0.0;
+
+    void archive(Archive& members) { members(state, covariance, probability); }
   };
   // index: component_index()
   using Components = std::array<Component, 4>;

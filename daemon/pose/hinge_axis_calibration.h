@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/archive.h"
 #include "model/skeleton.h"
 
 namespace mocap::pose {
@@ -31,6 +32,9 @@ class HingeAxisCalibration {
   /// Takes a rotation vector about the subject's axes to one about the nominal axes.
   Eigen::Matrix3d nominal_from_calibrated(std::size_t bone) const;
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(hinges_); }
+
  private:
   struct Hinge {
     int hinge_axis = -1;    // the nominal hinge axis; -1: the joint is no hinge
@@ -39,6 +43,9 @@ class HingeAxisCalibration {
     double bend_sum = 0.0;  // sum of bend angle times total angle over time, rad^2 s, about the nominal axis
     double side_sum = 0.0;  // the same about the minor axis
     double axis_offset_rad = 0.0;
+
+    // The axes are those of the skeleton.
+    void archive(Archive& members) { members(bend_sum, side_sum, axis_offset_rad); }
   };
 
   std::vector<Hinge> hinges_;  // by bone

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/archive.h"
+
 namespace mocap::pose {
 
 /// Covariance of joint rotations that no marker observes. Each rotation axis has its own random walk: one marker on a
@@ -25,6 +27,9 @@ class JointDriftCovariance {
   /// Information matrix, 1/rad^2, of a bone's rotation in the parent's frame, `ahead_s` after the last step. A rotation
   /// observed just now has the standard deviation `initial_sigma_rad`.
   Eigen::Matrix3d prior_information(std::size_t bone, double initial_sigma_rad, double ahead_s) const;
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(unobserved_s_); }
 
  private:
   std::vector<Eigen::Matrix3d> unobserved_s_;  // time without observation as a symmetric matrix in the parent's frame

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "model/transform.h"
 #include "pose/smooth_settings.h"
 
@@ -28,6 +29,9 @@ class PoseSmoother {
 
   /// Delay of the last pose, s: 1 / (2 pi cutoff), averaged over the root's position and all rotations.
   double delay_s() const noexcept { return is_enabled() ? delay_s_ : 0.0; }
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(fresh_, delay_s_, shown_, raw_, angular_velocities_rad_s_, velocity_m_s_); }
 
  private:
   // Gain of the low-pass; updates the filtered speed and adds to delay_s_.

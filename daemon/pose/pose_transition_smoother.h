@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "model/transform.h"
 
 namespace mocap::pose {
@@ -29,6 +30,9 @@ class PoseTransitionSmoother {
   std::span<const Pose> step(std::span<const Pose> poses, std::span<const Pose> predicted,
                              std::span<const std::uint8_t> changed, double step_s);
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(joint_offsets_, root_offset_, shown_); }
+
  private:
   struct DecayingOffset {
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
@@ -39,6 +43,7 @@ class PoseTransitionSmoother {
     // `prediction_error` is predicted minus estimated pose, `display_error` published minus estimated pose.
     void absorb_jump(const Eigen::Vector3d& prediction_error, const Eigen::Vector3d& display_error, bool changed,
                      double min_jump, double step_s);
+    void archive(Archive& members) { members(offset, rate_1_s, mean_square); }
   };
 
   std::vector<DecayingOffset> joint_offsets_;  // by bone, rotation vectors in the parent's frame

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/archive.h"
+
 namespace mocap::pose {
 
 /// Running mean of each joint's rotation over the last second. It is the mean reversion target of a joint that no
@@ -27,10 +29,15 @@ class RunningMeanRotation {
   /// The rotation from `local` to the mean as a rotation vector in the parent's frame, rad; 0 if no mean is known.
   Eigen::Vector3d rotation_to_mean(std::size_t bone, const Eigen::Quaterniond& local) const;
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(bones_); }
+
  private:
   struct Mean {
     Eigen::Quaterniond local = Eigen::Quaterniond::Identity();
     double observed_s = 0.0;  // time in the mean, at most kMeanWindow_s
+
+    void archive(Archive& members) { members(local, observed_s); }
   };
   std::vector<Mean> bones_;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/archive.h"
+
 namespace mocap::pose {
 
 /// Usual interval between the sets of a tracker: a running mean over time, not over sets, so that two sets that follow
@@ -24,6 +26,9 @@ class SetInterval {
 
   /// 1 for a set after at least the usual interval, else the share of it.
   double gain_factor(double step_s) const { return usual_s_ > 0.0 ? std::clamp(step_s / usual_s_, 0.0, 1.0) : 1.0; }
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(usual_s_); }
 
  private:
   // Chosen by hand; the result depends little on them, because the interval is nearly constant while the cameras are

@@ -7,6 +7,7 @@
 
 #include "kinematics/kinematic_tree.h"
 #include "kinematics/rotation.h"
+#include "model/bounds.h"
 
 namespace mocap::pose {
 namespace {
@@ -39,6 +40,8 @@ constexpr double kNoOutlier_m = 1e3;
 // measured.
 constexpr int kCovarianceInterval = 8;
 constexpr double kNever_s = 1e3;
+// Bound on the observations of one fit: all labels and all ambiguous observations.
+constexpr std::size_t kMostObservations = kMaxLabels + kMaxMarkers;
 
 }  // namespace
 
@@ -85,6 +88,20 @@ void SkeletonTracker::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
   for (MarkerMemory& marker : markers_) marker.bias_m.setZero();
   covariance_age_ = kCovarianceInterval;
   refitted_ = true;
+}
+
+void SkeletonTracker::archive(Archive& members) {
+  members(pose_, is_tracking_, refitted_, committed_at_, at_, residual_m_, velocity_m_s_, interval_, bones_, markers_,
+          committed_, predicted_, fitted_, joint_drift_, mean_rotation_, depth_hypotheses_, hinge_axes_, swivel_planes_,
+          covariance_age_, unreliable_, reinitialised_);
+  archive_covariance_inputs(members);
+}
+
+// Their number differs from set to set.
+void SkeletonTracker::archive_covariance_inputs(Archive& members) {
+  const std::size_t count = members.count(covariance_inputs_.size(), kMostObservations);
+  if (members.is_reading()) covariance_inputs_.resize(count);
+  for (CovarianceInput& input : covariance_inputs_) members(input);
 }
 
 void SkeletonTracker::reset() {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/time.h"
 #include "geometry/rigid_fit.h"
 #include "kinematics/pose_fit.h"
@@ -110,6 +111,9 @@ class SkeletonTracker {
   /// Time since a marker was last observed; 1000 s if it never was.
   double unseen_s(std::size_t marker, Timestamp at) const;
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
+
  private:
   struct MarkerMemory {
     Timestamp seen_at;
@@ -117,6 +121,8 @@ class SkeletonTracker {
     Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();      // observed minus predicted position, in the bone's frame
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // at the last commit
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+
+    void archive(Archive& members) { members(seen_at, ever_seen, bias_m, position_m, velocity_m_s); }
   };
   struct BoneMemory {
     Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  // of the local rotation, in the parent's frame
@@ -126,6 +132,10 @@ class SkeletonTracker {
     // determine alone, 0 along an unobserved one. I - posterior covariance / prior covariance.
     Eigen::Matrix3d observed_fraction = Eigen::Matrix3d::Identity();
     Eigen::Matrix3d previous_observed_fraction = Eigen::Matrix3d::Identity();  // at the last commit
+
+    void archive(Archive& members) {
+      members(angular_velocity_rad_s, fully_observed_at, observability, observed_fraction, previous_observed_fraction);
+    }
   };
 
   // Standard deviation of a joint rotation from its prediction, from set to set. Chosen by hand; not yet measured.
@@ -142,6 +152,7 @@ class SkeletonTracker {
   // quadratically near the minimum, so less than a twentieth of a degree is left.
   static constexpr double kConvergedStep = 5e-4;
 
+  void archive_covariance_inputs(Archive& members);
   void commit_velocities(bool is_seen, bool motion, double step_s);
   void learn_joint(std::size_t b, double step_s);
   void commit_markers(std::span<const kinematics::Observation> seen, bool motion, double step_s);
@@ -218,6 +229,8 @@ class SkeletonTracker {
     int marker = 0;
     bool bearing_only = false;
     bool usable = false;
+
+    void archive(Archive& members) { members(marker, bearing_only, usable); }
   };
   std::vector<CovarianceInput> covariance_inputs_;  // the observations that the observed fractions were computed from
   int covariance_age_ = 0;                          // number of fits since then

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/archive.h"
 #include "kinematics/joint_prior.h"
 #include "model/skeleton.h"
 
@@ -29,6 +30,9 @@ class SwivelPlanePrior {
   /// In the parent's frame; with weight 0 if unknown.
   const kinematics::SwivelPlane& plane(std::size_t bone) const { return hinges_[bone].plane; }
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members) { members(hinges_); }
+
  private:
   struct Hinge {
     int bone_axis = -1;  // the axis along the bone in rest pose; -1: the joint is no hinge
@@ -40,6 +44,9 @@ class SwivelPlanePrior {
         Eigen::Matrix2d::Zero();
     double since_update_s = 0.0;  // time since the plane was last computed
     kinematics::SwivelPlane plane;
+
+    // The axes are those of the skeleton.
+    void archive(Archive& members) { members(observed_s, tip_scatter, since_update_s, plane); }
   };
 
   std::vector<Hinge> hinges_;  // by bone

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/expects.h"
+#include "solve/pose_collection.h"
 
 namespace mocap::solve {
 namespace {
@@ -48,80 +49,7 @@ constexpr double kMinGain_m = 1e-4;
 // Largest residual of a pose that is stored.
 constexpr double kMaxResidual_m = 0.04;
 
-// Sum of the squared sines of half the angles between the joint rotations of two poses.
-double pose_distance(const std::vector<Pose>& a, const std::vector<Pose>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < a.size(); ++i) {
-    const double cosine = a[i].rotation.dot(b[i].rotation);
-    sum += 1.0 - cosine * cosine;
-  }
-  // A body of one bone has no joints. Its orientation counts, because other orientations have other camera errors.
-  if (a.size() == 1) sum = 1.0 - std::pow(a[0].rotation.dot(b[0].rotation), 2);
-  return sum;
-}
-
-// Copies without allocation; both have the same sizes.
-void copy(const BodyInstant& from, BodyInstant& to) {
-  std::copy(from.seen_m.begin(), from.seen_m.end(), to.seen_m.begin());
-  std::copy(from.trust.begin(), from.trust.end(), to.trust.begin());
-  std::copy(from.locals.begin(), from.locals.end(), to.locals.begin());
-  std::copy(from.at_rest.begin(), from.at_rest.end(), to.at_rest.begin());
-}
-
 }  // namespace
-
-// At most `capacity` poses, the most different of those that were offered. The first one is never replaced.
-class PoseCollection {
- public:
-  PoseCollection(const MarkerSet& set, std::size_t capacity)
-      : collected_(capacity, bodyfit::empty_instant(set)), distances_(capacity * capacity) {}
-
-  std::size_t size() const { return size_; }
-  std::span<const BodyInstant> collected() const { return std::span(collected_).first(size_); }
-  void clear() { size_ = 0; }
-
-  double nearest(const BodyInstant& to) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (const BodyInstant& one : collected()) least = std::min(least, pose_distance(one.locals, to.locals));
-    return least;
-  }
-
-  /// Adds the pose, or replaces the later of the two most similar poses if the new one differs more from all. Returns
-  /// whether the pose is stored.
-  bool add_if_different(const BodyInstant& instant) {
-    const double differs = nearest(instant);
-    if (size_ < collected_.size()) {
-      put(size_++, instant);
-      return true;
-    }
-    std::size_t alike = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 1; i < size_; ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        if (distances_[i * collected_.size() + j] < least) {
-          least = distances_[i * collected_.size() + j];
-          alike = i;
-        }
-      }
-    }
-    if (!(differs > least)) return false;
-    put(alike, instant);
-    return true;
-  }
-
- private:
-  void put(std::size_t at, const BodyInstant& instant) {
-    copy(instant, collected_[at]);
-    for (std::size_t i = 0; i < size_; ++i) {
-      const double distance = i == at ? 0.0 : pose_distance(collected_[i].locals, instant.locals);
-      distances_[i * collected_.size() + at] = distances_[at * collected_.size() + i] = distance;
-    }
-  }
-
-  std::vector<BodyInstant> collected_;
-  std::vector<double> distances_;
-  std::size_t size_ = 0;
-};
 
 // The refinement of one subject: gathers poses, fits, validates.
 class SubjectRefiner::SubjectRefinement {
@@ -167,6 +95,14 @@ class SubjectRefiner::SubjectRefinement {
     const SubjectId id = id_;
     *this = std::move(before);
     id_ = id;
+  }
+
+  void archive(Archive& members) {
+    members(current_offsets_, current_scale_, poses_, validation_poses_, instant_, is_refined_, has_offsets_,
+            waiting_for_rest_, has_new_rest_pose_, observed_at_, began_at_, new_pose_count_, next_fit_count_, stage_,
+            next_, current_residual_m2_, fitted_residual_m2_, evaluated_markers_, fitter_);
+    if (stage_ < Stage::Gather || stage_ > Stage::Validate) members.fail();
+    if (stage_ == Stage::Fit) fitter_.archive_fit(members, instants_);
   }
 
   void observe(const SubjectLabels& labels, const SubjectPose& pose, Timestamp at) {
@@ -363,6 +299,12 @@ SubjectRefiner::SubjectRefiner(const RefineSettings& settings, const std::vector
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     subjects_.emplace_back(settings_, subjects[i], SubjectId{static_cast<std::uint32_t>(i)});
   }
+}
+
+void SubjectRefiner::archive(Archive& members) {
+  for (SubjectRefinement& one : subjects_) members(one);
+  members(next_subject_);
+  if (next_subject_ >= std::max<std::size_t>(1, subjects_.size())) members.fail();
 }
 
 SubjectRefiner::~SubjectRefiner() = default;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/time.h"
 #include "bodyfit/body_offsets.h"
 #include "bodyfit/subject_fitter.h"
@@ -37,6 +38,9 @@ class SubjectRefiner {
   /// that is better than the current one, which takes effect from the next set on. The caller sets its
   /// `description_version`.
   std::optional<SubjectFit> step(const Labels& labels, const Poses& poses, Timestamp at);
+
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
 
  private:
   class SubjectRefinement;

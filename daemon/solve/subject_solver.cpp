@@ -86,6 +86,14 @@ void SubjectSolver::refit(const SubjectFit& fit) {
   }
 }
 
+void SubjectSolver::archive(Archive& members) {
+  members(body_, transition_smoother_, smoother_, bones_, bearing_memories_, covariances_m2_, published_at_, skin_at_,
+          usual_residual_m_, skin_sigma_m_, pose_is_observable_, is_first_set_, refit_);
+  const bool fits = !refit_ || (refit_->rest_offsets_m.size() == bones_.size() &&
+                                refit_->marker_offsets_m.size() == covariances_m2_.size());
+  if (!fits) members.fail();
+}
+
 // Second fit of the set, with the new body model. The difference to the first fit is the effect of the model.
 void SubjectSolver::apply_refit() {
   std::copy(body_.pose().locals().begin(), body_.pose().locals().end(), locals_before_refit_.begin());

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/time.h"
 #include "model/sighting.h"
 #include "model/skeleton.h"
@@ -43,6 +44,9 @@ class SubjectSolver {
   /// Appends the predicted position and covariance of each marker at `at`. Appends nothing if no body is tracked.
   void predict(SubjectId id, Timestamp at, PredictedMarkers& into);
 
+  /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
+  void archive(Archive& members);
+
  private:
   struct BoneMemory {
     Timestamp seen_at;
@@ -54,6 +58,11 @@ class SubjectSolver {
     std::uint64_t markers = 0;      // hash of the set of markers that observed the bone in the last set
     std::uint64_t markers_now = 0;  // the same of this set
     Timestamp changed_at;
+
+    void archive(Archive& members) {
+      members(seen_at, published_world, published_local, position, velocity_m_s, spin_rad_s, markers, markers_now,
+              changed_at);
+    }
   };
   // Last bearing-only observation of a marker.
   struct BearingMemory {
@@ -61,6 +70,8 @@ class SubjectSolver {
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
     Timestamp at;
     int sets = 0;  // consecutive sets with this camera
+
+    void archive(Archive& members) { members(camera, direction, at, sets); }
   };
   enum class ObservationKind : std::uint8_t { None, Bearing, Measured };
 

@@ -53,6 +53,10 @@ class TreeSolver final : public SkeletonSolver {
     }
   }
 
+  void archive(Archive& members) override {
+    for (SubjectSolver& subject : subjects_) members(subject);
+  }
+
  private:
   std::vector<SubjectSolver> subjects_;
   SolvedSubjects solved_;

@@ -135,6 +135,15 @@ class KalmanMarkerTracker final : public MarkerTracker {
     tracked_ = same->tracked_;
   }
 
+  void archive(Archive& members) override {
+    const filter::Kalman<3> filter(kalman_, filter::Seen<3>{filter::Vector<3>::Zero(), filter::Matrix<3>::Identity()});
+    tracks_.archive(members, filter);
+    candidates_.archive(members, filter);
+    members(tracked_);
+    // The first elements of tracked_ are those of tracks_.
+    if (tracked_.size() < tracks_.tracks().size()) members.fail();
+  }
+
  private:
   // Whether at least two of the cameras that saw the marker last have an image in the set. The probability of detection
   // is 0 in any other set, so the absence of a measurement says nothing (decision 0002).

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/expects.h"
 #include "base/time.h"
 #include "filter/point_filter.h"
@@ -56,6 +57,10 @@ class PointTracks {
     bool coasts = false;     ///< was not measured in the last set
     bool measurable = true;  ///< the current set could measure the point; `advance` sets it to true
     CameraBits seen_by = 0;  ///< the cameras of the last measurement, if they are known
+
+    void archive(Archive& members) {
+      members(filter, gate, id, age_sets, missed_sets, measurement, confirmed, seen_at, coasts, measurable, seen_by);
+    }
   };
 
   /// The ids ascend from `first_id`.
@@ -82,6 +87,16 @@ class PointTracks {
   }
   /// No id of `before` is used again.
   void continue_ids(const PointTracks& before) { next_id_ = std::max(next_id_, before.next_id_); }
+
+  /// Writes the tracks, or takes them over from a tracker with the same bounds. `filter`: any filter, which the tracks
+  /// that are read replace.
+  void archive(Archive& members, const F& filter) {
+    const std::size_t count = members.count(tracks_.size(), max_tracks_);
+    if (members.is_reading() && members.ok())
+      tracks_.assign(count, Track{.filter = filter, .gate = filter.gate(), .seen_at = {}});
+    for (Track& track : tracks_) members(track);
+    members(at_, next_id_);
+  }
 
   std::span<const Track> tracks() const { return tracks_; }
   std::span<Track> tracks() { return tracks_; }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -153,6 +154,25 @@ TEST(AnyPoseFinder, FindsTheSamePoseIfTheWorkIsSpreadOverCalls) {
   EXPECT_TRUE(std::equal(found->point_of_marker.begin(), found->point_of_marker.end(),
                          in_many_calls.found()->point_of_marker.begin()));
   EXPECT_GT(calls, 3);
+}
+
+TEST(AnyPoseFinder, GoesOnWithTheSearchOfAFinderThatItAdopted) {
+  std::mt19937 random(14);
+  const MarkerSet set = person("baseline41");
+  AnyPoseFinder whole(set, {}), after(set, {});
+  const Cloud cloud = random_cloud(set, 2, 4, random);
+  const auto& found = whole.find(cloud.points);
+  auto before = std::make_unique<AnyPoseFinder>(set, FindAnyPoseSettings{});
+  before->begin(cloud.points);
+  ASSERT_FALSE(before->advance(200));
+
+  after.adopt(*before);
+  before.reset();
+  while (!after.advance(200)) {
+  }
+
+  ASSERT_TRUE(found && after.found());
+  EXPECT_TRUE(std::ranges::equal(found->point_of_marker, after.found()->point_of_marker));
 }
 
 TEST(AnyPoseFinder, FindsAFittedBodyAfterRefit) {

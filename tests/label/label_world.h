@@ -103,6 +103,10 @@ class LabelWorld {
 
   label::LabelSettings settings;  ///< used by `identify_all`
 
+  Labeller& labeller() { return *labeller_; }
+  /// Gets each set and its labels.
+  std::function<void(const TrackedMarkers&, const Predictions&, const Labelling&)> observer;
+
   /// Positions of tracks that are no marker. They come first in the list of tracks.
   std::vector<Eigen::Vector3d> clutter;
 
@@ -199,6 +203,7 @@ class LabelWorld {
     expected.at = from_ns(1'000'000'000) + from_s(sets_++ * kStep_s);
     labelling_ = &labeller_->label(tracked, expected);
     if (labelling_->fit) fit_ = labelling_->fit;
+    if (observer) observer(tracked, expected, *labelling_);
   }
 
   std::vector<Person> people_;

@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "assemble.h"
+#include "base/archive.h"
 #include "base/expects.h"
 #include "base/log.h"
 #include "lib/simworld/scene_world.h"
+#include "model/belief.h"
 #include "support/places.h"
 #include "synchronise/frame_aligner.h"
 #include "track2d/following_blob_tracker.h"
@@ -110,12 +112,25 @@ struct Sum {
   double rms_m() const { return common == 0 ? 0.0 : std::sqrt(squares_m2 / static_cast<double>(common)); }
 };
 
+// A new fusion that took over the belief.
+std::unique_ptr<fusion::Fusion> with_belief_of(fusion::Fusion& before, const settings::DaemonSettings& settings) {
+  const Belief belief;
+  Archive written = Archive::writer({belief.memory.get(), kMostBeliefBytes});
+  before.archive(written);
+  MOCAP_EXPECTS(written.ok());
+  auto now = assemble_fusion(settings);
+  Archive read = Archive::reader({belief.memory.get(), written.size()});
+  now->archive(read);
+  MOCAP_EXPECTS(read.ok() && read.size() == written.size());
+  return now;
+}
+
 }  // namespace
 
-Answer answer_to(const Recording& recording) {
+Answer answer_to(const Recording& recording, std::size_t sets_per_fusion) {
   const settings::DaemonSettings& settings = recording.settings;
   synchronise::FrameAligner aligner(settings.pipeline.align, settings.rig.size());
-  const auto fusion = assemble_fusion(settings);
+  auto fusion = assemble_fusion(settings);
   std::vector<std::unique_ptr<BlobTracker>> trackers;
   for (std::size_t c = 0; c < settings.rig.size(); ++c) {
     trackers.push_back(track2d::make_blob_tracker(settings.track_blobs));
@@ -123,6 +138,9 @@ Answer answer_to(const Recording& recording) {
   Answer answer;
   const auto take_sets = [&] {
     while (const auto set = aligner.take(Timestamp::min())) {
+      if (sets_per_fusion > 0 && answer.bytes.size() % sets_per_fusion == sets_per_fusion - 1) {
+        fusion = with_belief_of(*fusion, settings);
+      }
       const Snapshot& snapshot = fusion->step(*set);
       answer.bytes.push_back(comparable_bytes(snapshot));
       answer.frames.push_back(scoring::frame_of(snapshot));

@@ -30,8 +30,9 @@ const Recording& recording_of(int scene);
 /// The answer to it, computed once.
 const Answer& answer_to_scene(int scene);
 
-/// Runs the pipeline of a replay: alignment without patience, 2D tracks, fusion.
-Answer answer_to(const Recording& recording);
+/// Runs the pipeline of a replay: alignment without patience, 2D tracks, fusion. `sets_per_fusion`: after so many sets
+/// a new fusion takes over the belief; 0: one fusion makes all steps.
+Answer answer_to(const Recording& recording, std::size_t sets_per_fusion = 0);
 
 /// Maps an answer to the original recording to the expected answer to the changed one.
 struct Mapping {

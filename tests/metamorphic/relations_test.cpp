@@ -181,6 +181,10 @@ TEST_P(Relation, ChunksOfImagesChangeNothing) {
   expect_equal(changed);
 }
 
+TEST_P(Relation, HandingTheBeliefToANewFusionChangesNothing) {
+  EXPECT_EQ(answer_to(original(), 7).bytes, answer().bytes);
+}
+
 TEST_P(Relation, WritingTheBlobsToATakeAndReadingThemChangesNothing) {
   Recording changed = original();
   for (BlobFrame& frame : changed.frames) {

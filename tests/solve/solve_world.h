@@ -76,6 +76,11 @@ class SolveWorld {
   const SubjectPose& pose() const { return *pose_; }
   const BonePose& published(std::size_t b) const { return pose_->bones[b]; }
   const LabelledMarker& label(std::size_t m) const { return labels_[0].markers[m]; }
+  SkeletonSolver& solver() { return *solver_; }
+  /// The arguments of the last call of the solver.
+  const Labels& given() const { return given_; }
+  const std::vector<LabelledBearing>& bearings() const { return bearings_; }
+  Timestamp at() const { return at_; }
   double error_m(std::size_t b) const { return (published(b).world_from_bone.position - truth_[b].position).norm(); }
 
   /// Both arms and legs swing, elbows and knees bend, the body moves and rotates.
@@ -123,12 +128,14 @@ class SolveWorld {
       label.cameras = 4;
     }
     for (const auto& [m, position] : corrupted_) labels_[0].markers[m].position.v = position;
-    std::vector<LabelledBearing> rays;
+    bearings_.clear();
     for (const auto& [m, eye, off_m] : rays_) {
       const Label label{SubjectId{0}, static_cast<std::uint32_t>(m)};
-      rays.push_back({label, CameraId{3}, {eye}, (true_marker(m) + off_m - eye).normalized(), 1e-4});
+      bearings_.push_back({label, CameraId{3}, {eye}, (true_marker(m) + off_m - eye).normalized(), 1e-4});
     }
-    const SolvedSubjects& solved = solver_->solve(labels_, from_ns(1'000'000'000) + from_s(t_s()), rays);
+    given_ = labels_;
+    at_ = from_ns(1'000'000'000) + from_s(t_s());
+    const SolvedSubjects& solved = solver_->solve(labels_, at_, bearings_);
     labels_ = solved.labels;
     pose_ = &solved.poses[0];
     ++sets_;
@@ -140,7 +147,9 @@ class SolveWorld {
   std::vector<bool> shows_;
   std::vector<Ray> rays_;
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> corrupted_;
-  Labels labels_;
+  Labels labels_, given_;
+  std::vector<LabelledBearing> bearings_;
+  Timestamp at_;
   const SubjectPose* pose_ = nullptr;
   double noise_m_ = 0.0;
   double pace_ = 1.0;

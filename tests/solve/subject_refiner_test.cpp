@@ -9,6 +9,7 @@
 
 #include "kinematics/rotation.h"
 #include "solve/tree_solver.h"
+#include "support/archived.h"
 #include "support/test_body.h"
 
 namespace mocap::solve {
@@ -225,6 +226,39 @@ TEST(SubjectRefiner, KeepsATrueBodyWhereSkinHasAMemory) {
 
 TEST(SubjectRefiner, GivesTheSameFitsForTheSameSets) {
   EXPECT_EQ(track("baseline41", 5, 900, {}).fits, track("baseline41", 5, 900, {}).fits);
+}
+
+// A refiner that is replaced after each set by a new one with its belief gives the same fits: in each stage of a fit.
+TEST(SubjectRefiner, ContinuesFromItsArchiveAfterEachSet) {
+  const MarkerSet file = test::person("baseline41");
+  const std::vector<Subject> subjects{{"somebody", file}, {"nobody", file}};
+  Person person(file, 5, 0.0);
+  const auto solver = make_skeleton_solver({}, subjects);
+  SubjectRefiner refiner({}, subjects);
+  auto other = std::make_unique<SubjectRefiner>(RefineSettings{}, subjects);
+  const SubjectFit identified = just_identified(file, person.body().marker_set());
+  solver->refit(identified);
+  refiner.recognised(identified);
+  other->recognised(identified);
+  int fits = 0;
+  for (int set = 0; set < 900; ++set) {
+    const Timestamp at = from_ns(1'000'000'000) + from_s(set / kRate_hz);
+    person.at(set);
+    const auto& [labels, poses] = solver->solve(person.measured_labels(), at);
+    std::optional<SubjectFit> fit = refiner.step(labels, poses, at);
+    std::optional<SubjectFit> twin = other->step(labels, poses, at);
+    ASSERT_EQ(fit.has_value(), twin.has_value()) << set;
+    const std::vector<std::byte> belief = test::archived(refiner);
+    ASSERT_EQ(belief, test::archived(*other)) << set;
+    if (fit) {
+      EXPECT_EQ(test::archived(*fit), test::archived(*twin)) << set;
+      solver->refit(*fit);
+      ++fits;
+    }
+    other = std::make_unique<SubjectRefiner>(RefineSettings{}, subjects);
+    ASSERT_TRUE(test::take_over(belief, *other)) << set;
+  }
+  EXPECT_GE(fits, 2);
 }
 
 }  // namespace subject_refiner_test

@@ -13,6 +13,7 @@
 #include "associate/rays/view_rays.h"
 #include "associate/rig_error.h"
 #include "associate/single_view/association_log_odds.h"
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "geometry/assignment.h"
 #include "geometry/ray_quadric.h"
@@ -39,6 +40,8 @@ class PredictedMatcher {
   /// since and is significantly more likely the marker's than clutter. Marks an observation as ambiguous if another
   /// marker is about as likely.
   void append_bearing_only(const RayTable& rays, const Predictions& predicted, Matches& into);
+
+  void archive(Archive& members) { members(set_count_, agreement_.floor_px); }
 
  private:
   using Sightings = BoundedVector<geometry::QuadricSighting, kMaxCameras>;

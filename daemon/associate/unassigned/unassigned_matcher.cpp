@@ -93,6 +93,11 @@ void UnassignedMatcher::match(RayTable& rays, std::uint32_t missing_views, Match
   into.skipped += skipped_;
 }
 
+void UnassignedMatcher::archive(Archive& members) {
+  members(next_round_);
+  if (next_round_ > 0 && kFixedRounds + next_round_ >= rounds_.size()) members.fail();
+}
+
 void UnassignedMatcher::match_round(RayTable& rays, std::size_t round) {
   for (const CameraPair& pair : rounds_.round(round)) match_pair(rays, pair);
 }

@@ -10,6 +10,7 @@
 #include "associate/rays/view_rays.h"
 #include "associate/rig_error.h"
 #include "associate/unassigned/camera_pair_schedule.h"
+#include "base/archive.h"
 #include "base/bounded_vector.h"
 #include "geometry/ray_quadric.h"
 
@@ -30,6 +31,8 @@ class UnassignedMatcher {
   /// Appends a match for each marker found and assigns its rays. `missing_views`: number of cameras without a view in
   /// the set; any of them might have seen a marker.
   void match(RayTable& rays, std::uint32_t missing_views, Matches& into);
+
+  void archive(Archive& members);
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;  // no hypothesis

@@ -1,0 +1,23 @@
+#include "kinematics/archive_body.h"
+#include "label/subject_labeller.h"
+
+namespace mocap::label {
+
+void SubjectLabeller::LabelMemory::archive(Archive& members) {
+  members(track, reject_count, confidence, usual_residual_m, established, last_track, was_discontinuous, is_continuous);
+  members(discontinuous, ambiguous_track, marginals, ambiguous_at, seen_at, at, velocity_m_s);
+}
+
+// `match_tracks` and `predict` set the members that are missing here, or they are scratch of one set.
+void SubjectLabeller::archive(Archive& members) {
+  kinematics::archive_offsets(set_, members);
+  members(constraints_, body_, phase_, at_, measured_at_, enough_at_, plausible_at_, memories_, participates_);
+  members(usual_residual_m_, limb_, initial_tracks_, cooldown_, in_limb_, unreliable_, fit_);
+  for (const LabelMemory& memory : memories_) {
+    for (const Marginal& marginal : memory.marginals) {
+      if (marginal.marker >= memories_.size()) members.fail();
+    }
+  }
+}
+
+}  // namespace mocap::label
