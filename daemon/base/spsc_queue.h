@@ -33,15 +33,25 @@ class SpscQueue {
 
   /// Producer. Returns false if the queue is full; the producer counts the drop.
   [[nodiscard]] bool try_push(const T& item) {
+    T* const slot = vacant();
+    if (slot == nullptr) return false;
+    *slot = item;
+    push();
+    return true;
+  }
+
+  /// Producer. A free slot, to be filled in place; null when the queue is full. `push` then adds it to the queue.
+  [[nodiscard]] T* vacant() noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ >= capacity_) {
       head_seen_ = head_.load(std::memory_order_acquire);
-      if (tail - head_seen_ >= capacity_) return false;
+      if (tail - head_seen_ >= capacity_) return nullptr;
     }
-    slots_[tail & mask_] = item;
-    tail_.store(tail + 1, std::memory_order_release);
-    return true;
+    return &slots_[tail & mask_];
   }
+
+  /// Producer. Adds the slot of `vacant`.
+  void push() noexcept { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
   /// Consumer. The oldest item, in place until `pop`; null when the queue is empty.
   [[nodiscard]] T* front() noexcept {

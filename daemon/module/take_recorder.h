@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "model/belief.h"
 #include "model/blob.h"
 #include "model/description.h"
 #include "model/health.h"
@@ -28,6 +29,7 @@ class TakeRecorder {
   virtual void keep(const BlobFrame& frame) = 0;
   virtual void keep(const Snapshot& snapshot) = 0;
   virtual void keep(const Health& health) = 0;
+  virtual void keep(const Belief& belief) = 0;
   /// A subject was fitted. The fit applies from the next snapshot on.
   virtual void learn(const SubjectFit& fit) = 0;
   /// Images that were dropped before they reached the recorder, since the start.

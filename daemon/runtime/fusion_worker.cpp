@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/archive.h"
 #include "base/log.h"
 #include "runtime/stop_check.h"
 
@@ -158,6 +159,23 @@ void FusionWorker::fuse(const FrameSet& frames, const std::stop_token& stop) {
   if (!push(snapshot, *links_.publish, stop)) counters_.dropped_publish_full.add();
   if (links_.side != nullptr && !push(snapshot, *links_.side, stop)) counters_.dropped_side_full.add();
   if (links_.takes != nullptr && !push(snapshot, *links_.takes, stop)) counters_.dropped_take_full.add();
+  if (links_.beliefs != nullptr) send_belief(snapshot);
+}
+
+// While the last belief waits in the queue, there is no new one.
+void FusionWorker::send_belief(const Snapshot& snapshot) {
+  const Timestamp at = snapshot.instants.exposed_at;
+  if (at - belief_sent_at_ < kBeliefPeriod) return;
+  Belief* belief = links_.beliefs->vacant();
+  if (belief == nullptr) return;
+  belief_sent_at_ = at;
+  Archive members = Archive::writer({belief->memory.get(), kMostBeliefBytes});
+  fusion_->archive(members);
+  if (!members.ok()) return;
+  belief->after_set = snapshot.number;
+  belief->at = at;
+  belief->size = members.size();
+  links_.beliefs->push();
 }
 
 void FusionWorker::send_markers(const Snapshot& snapshot) {

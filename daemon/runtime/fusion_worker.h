@@ -8,6 +8,7 @@
 #include "base/spsc_queue.h"
 #include "base/wake_signal.h"
 #include "fusion/fusion.h"
+#include "model/belief.h"
 #include "model/search_health.h"
 #include "model/search_report.h"
 #include "model/snapshot.h"
@@ -58,12 +59,13 @@ class FusionWorker : public Pausable {
     std::vector<CameraChannel*> cameras;  ///< by CameraId
     SnapshotChannel* publish = nullptr;
     SnapshotChannel* side = nullptr;
-    SnapshotChannel* takes = nullptr;     ///< may be null: no takes are recorded
-    WakeSignal* wake = nullptr;           ///< signalled by the camera threads and the control thread
-    ControlChannel* control = nullptr;    ///< may be null
-    SearchChannel* search = nullptr;      ///< may be null: reports of searches are dropped
-    TimecodeChannel* timecode = nullptr;  ///< may be null: snapshots have no timecode
-    MarkerChannel* markers = nullptr;     ///< may be null: nothing is calibrated
+    SnapshotChannel* takes = nullptr;      ///< may be null: no takes are recorded
+    SpscQueue<Belief>* beliefs = nullptr;  ///< for takes, about one a second; may be null
+    WakeSignal* wake = nullptr;            ///< signalled by the camera threads and the control thread
+    ControlChannel* control = nullptr;     ///< may be null
+    SearchChannel* search = nullptr;       ///< may be null: reports of searches are dropped
+    TimecodeChannel* timecode = nullptr;   ///< may be null: snapshots have no timecode
+    MarkerChannel* markers = nullptr;      ///< may be null: nothing is calibrated
   };
 
   FusionWorker(synchronise::AlignSettings align, std::unique_ptr<fusion::Fusion> fusion, FusionWorkerSettings settings,
@@ -94,6 +96,7 @@ class FusionWorker : public Pausable {
   bool fuse_ready_sets(const std::stop_token& stop);
   void fuse(const FrameSet& frames, const std::stop_token& stop);
   void send_markers(const Snapshot& snapshot);
+  void send_belief(const Snapshot& snapshot);
   bool push(const Snapshot& snapshot, SnapshotChannel& to, const std::stop_token& stop);
   void follow_orders();
   void follow_timecode();
@@ -112,6 +115,7 @@ class FusionWorker : public Pausable {
   FusionCounters& counters_;
   std::vector<Delivery> delivery_;  // by camera, as known to the aligner
   Timestamp timing_sent_at_;
+  Timestamp belief_sent_at_;  // exposure of its set
   std::optional<TimecodeClock> timecode_;
 };
 

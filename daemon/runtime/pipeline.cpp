@@ -125,6 +125,7 @@ FusionWorker::Links Pipeline::fusion_links() {
           to_publish_.get(),
           to_side_.get(),
           to_takes_.get(),
+          beliefs_.get(),
           &wake_fusion_,
           control_.get(),
           search_.get(),

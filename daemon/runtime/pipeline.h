@@ -228,7 +228,8 @@ class Pipeline {
   TakeChannel take_channel_;
   TimecodeChannel timecode_channel_;
   PreviewChannel preview_channel_;
-  std::unique_ptr<SnapshotChannel> to_takes_;  // null: no takes are recorded
+  std::unique_ptr<SnapshotChannel> to_takes_;   // null: no takes are recorded
+  std::unique_ptr<SpscQueue<Belief>> beliefs_;  // with to_takes_
   std::unique_ptr<SnapshotChannel> to_publish_;
   std::unique_ptr<SnapshotChannel> to_side_;  // null: nothing was written yet
   std::unique_ptr<ControlChannel> control_;   // null: no requests are received

@@ -108,10 +108,12 @@ void Pipeline::stop_calibration() {
 // Call while the threads of fusion, publish, control and takes do not run.
 void Pipeline::set_takes(std::unique_ptr<TakeRecorder> recorder) {
   to_takes_.reset();
+  beliefs_.reset();
   if (!recorder) return;
   to_takes_ = std::make_unique<SnapshotChannel>(kTakeSnapshots);
-  take_worker_ = std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, take_channel_,
-                                              timecode_channel_, wake_take_, audit_);
+  beliefs_ = std::make_unique<SpscQueue<Belief>>(1);
+  take_worker_ = std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, *beliefs_,
+                                              take_channel_, timecode_channel_, wake_take_, audit_);
 }
 
 void Pipeline::start_takes() {

@@ -24,11 +24,12 @@ bool is_open(TakeState state) { return state == TakeState::Waiting || state == T
 }  // namespace
 
 TakeWorker::TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras,
-                       SnapshotChannel& snapshots, TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake,
-                       AuditTrail* audit)
+                       SnapshotChannel& snapshots, SpscQueue<Belief>& beliefs, TakeChannel& channel,
+                       TimecodeChannel& timecode, WakeSignal& wake, AuditTrail* audit)
     : recorder_(std::move(recorder)),
       cameras_(std::move(cameras)),
       snapshots_(snapshots),
+      beliefs_(beliefs),
       channel_(channel),
       timecode_(timecode),
       wake_(wake),
@@ -67,6 +68,11 @@ bool TakeWorker::take_in() {
     while (snapshots_.fits.try_pop(fit)) recorder_->learn(fit);
     recorder_->keep(*oldest);
     snapshots_.snapshots.pop();
+    any = true;
+  }
+  while (const Belief* oldest = beliefs_.front()) {
+    recorder_->keep(*oldest);
+    beliefs_.pop();
     any = true;
   }
   while (const Health* oldest = channel_.health.front()) {

@@ -10,6 +10,7 @@
 #include "base/spsc_queue.h"
 #include "base/wake_descriptor.h"
 #include "base/wake_signal.h"
+#include "model/belief.h"
 #include "model/take_news.h"
 #include "module/audit_trail.h"
 #include "module/take_recorder.h"
@@ -39,7 +40,8 @@ class TakeWorker {
   /// All objects outlive the worker. `wake`: signalled by the camera threads. `audit`: notes takes and the orders of
   /// triggers; may be null.
   TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras, SnapshotChannel& snapshots,
-             TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake, AuditTrail* audit = nullptr);
+             SpscQueue<Belief>& beliefs, TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake,
+             AuditTrail* audit = nullptr);
 
   /// The loop of the intake thread; returns when stopped and the queues are empty.
   void run_intake(const std::stop_token& stop);
@@ -65,6 +67,7 @@ class TakeWorker {
   std::unique_ptr<TakeRecorder> recorder_;
   std::vector<CameraChannel*> cameras_;
   SnapshotChannel& snapshots_;
+  SpscQueue<Belief>& beliefs_;
   TakeChannel& channel_;
   TimecodeChannel& timecode_;
   WakeSignal& wake_;

@@ -72,13 +72,16 @@ Status TakeWriter::begin(const TakeStart& start) {
     blob_channels_.push_back(channels_.at(topic));
   }
   if (const Status added = writer_.add_metadata(encode(info_)); !added) return added;
-  const auto utc_ns = static_cast<std::uint64_t>(to_ns(*info_.started_at + info_.utc_minus_host));
   for (const TakeFile& file : start.files) {
-    const Status added = writer_.add_attachment({utc_ns, 0, file.name, file.media_type, file.bytes});
-    if (!added) return added;
+    if (const Status added = attach(file); !added) return added;
   }
   if (const Status appended = append(start.description, *info_.started_at); !appended) return appended;
   return writer_.write_chunk();
+}
+
+Status TakeWriter::attach(const TakeFile& file) {
+  const auto utc_ns = static_cast<std::uint64_t>(to_ns(*info_.started_at + info_.utc_minus_host));
+  return writer_.add_attachment({utc_ns, 0, file.name, file.media_type, file.bytes});
 }
 
 Status TakeWriter::add_topic(const std::string& topic, std::string_view message_type) {

@@ -62,6 +62,9 @@ class TakeWriter {
   Status append(const Description& description, Timestamp at);
   Status append(const Health& health, Timestamp at);
 
+  /// Adds a file as an attachment. Fails with Io.
+  Status attach(const TakeFile& file);
+
   /// Writes the messages that have waited for 50 ms. For pauses without messages.
   Status tick(Timestamp now);
 

@@ -48,6 +48,7 @@ struct Queues {
   SnapshotChannel publish;
   SnapshotChannel side{8};
   SnapshotChannel takes{8};
+  SpscQueue<Belief> beliefs{1};
   ControlChannel control;
   TimecodeChannel timecode;
   FusionCounters counters;
@@ -70,7 +71,8 @@ struct Queues {
     fusion::FusionParts parts = fusion::make_idle_parts();
     parts.labeller = std::make_unique<RecordingLabeller>(calls);
     FusionWorker worker({}, std::make_unique<fusion::Fusion>(std::move(parts), 2), settings,
-                        {{&west, &east}, &publish, &side, &takes, &wake, &control, nullptr, &timecode}, counters);
+                        {{&west, &east}, &publish, &side, &takes, &beliefs, &wake, &control, nullptr, &timecode},
+                        counters);
     worker.run(settings.lossless ? std::stop_token{} : calls.stop.get_token());
   }
 

@@ -22,6 +22,7 @@ class ScriptedRecorder final : public TakeRecorder {
   void keep(const BlobFrame&) override {}
   void keep(const Snapshot&) override {}
   void keep(const Health&) override {}
+  void keep(const Belief&) override {}
   void learn(const SubjectFit&) override {}
   void count_dropped_images(std::uint64_t) override {}
   void describe(const Description&, std::vector<TakeFile>, Timestamp) override {}
@@ -101,9 +102,10 @@ class TakeWorkerTest : public testing::Test {
 
   WakeSignal wake;
   SnapshotChannel snapshots{4};
+  SpscQueue<Belief> beliefs{1};
   TakeChannel channel;
   TimecodeChannel timecode;
-  TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, timecode, wake};
+  TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, beliefs, channel, timecode, wake};
   std::jthread disk;
 };
 
@@ -130,10 +132,11 @@ class NotedTakes final : public AuditTrail {
 TEST(TakeWorkerAudit, NotesWhoBeganAndEndedATakeAndTheEndThatNobodyOrdered) {
   WakeSignal wake;
   SnapshotChannel snapshots{4};
+  SpscQueue<Belief> beliefs{1};
   TakeChannel channel;
   TimecodeChannel timecode;
   NotedTakes audit;
-  TakeWorker worker(std::make_unique<ScriptedRecorder>(), {}, snapshots, channel, timecode, wake, &audit);
+  TakeWorker worker(std::make_unique<ScriptedRecorder>(), {}, snapshots, beliefs, channel, timecode, wake, &audit);
   std::jthread disk([&](const std::stop_token& stop) { worker.run_disk(stop); });
   const auto order = [&](SpscQueue<TakeOrder>& queue, TakeAction action, const char* who, std::size_t noted) {
     ASSERT_TRUE(queue.try_push({.number = 1, .action = action, .by = {.name = who}}));

@@ -69,10 +69,23 @@ class Retrack(unittest.TestCase):
         verified = self.desk.run("mocapctl", "take", "verify", "first-again.mcap")
         self.assertEqual(verified.returncode, 0, verified.stdout)
 
-    def test_a_take_from_later_on_finds_the_actor_by_the_body_in_the_take(self):
-        report = self.retrack("takes/later.mcap", "later-again.mcap")
+    def test_a_take_that_began_while_the_actor_was_tracked_gives_the_recorded_snapshots(self):
+        report = self.retrack("takes/later.mcap", "later-same.mcap")
 
         self.assertFalse(report["from_start_of_run"], report)
+        self.assertTrue(report["from_belief"], report)
+        self.assertGreaterEqual(report["recorded_sets"], 300)
+        self.assertEqual(report["equal_sets"], report["recorded_sets"], report)
+        self.assertEqual(report["missing_views"], 0)
+        self.assertEqual(self.snapshots("takes/later.mcap"), self.snapshots("later-same.mcap"))
+        again = self.retrack("later-same.mcap", "later-third.mcap")
+        self.assertEqual(again["equal_sets"], report["recorded_sets"], again)
+
+    def test_a_take_from_later_on_finds_the_actor_by_the_body_in_the_take(self):
+        rig = SOURCE / "config/demo.rig.toml"
+        report = self.retrack("takes/later.mcap", "later-again.mcap", "--rig", rig)  # the belief is of the recorded rig
+
+        self.assertFalse(report["from_belief"], report)
         before, after = self.snapshots("takes/later.mcap"), self.snapshots("later-again.mcap")
         self.assertEqual([one["number"] for one in before], [one["number"] for one in after])
         self.assertEqual(after[-1]["subjects"][0]["phase"], "SUBJECT_PHASE_TRACKING")

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "example_take.h"
 #include "model/search_health.h"
+#include "take/take_belief.h"
 
 namespace mocap::take {
 namespace take_recorder_test {
@@ -105,6 +107,61 @@ TEST_F(Takes, HaveEverySetFromStartToStop) {
   EXPECT_EQ(recorder->health().state, TakeState::Ended);
   EXPECT_EQ(recorder->health().sets, 2 * kSecond);
   EXPECT_EQ(recorder->health().lost_sets, 0U);
+}
+
+TEST_F(Takes, BeginWithTheBeliefOfTheFusionAndTheSetsSinceThen) {
+  capture(kSecond);
+  Belief belief;
+  belief.after_set = next - 1;
+  belief.at = example_time(belief.after_set);
+  belief.size = 1000;
+  std::fill_n(belief.memory.get(), belief.size, std::byte{7});
+  recorder->keep(belief);
+  capture(kSecond / 2);
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const auto reader = TakeReader::open(folder / "take_001.mcap");
+  ASSERT_TRUE(reader) << reader.error().message;
+  const auto found = belief_of(*reader);
+  ASSERT_TRUE(found && *found);
+  EXPECT_EQ((*found)->after_set(), kSecond - 1);
+  EXPECT_EQ((*found)->state(), std::string(1000, '\7'));
+  EXPECT_EQ((*found)->sets_size(), static_cast<int>(kSecond / 2));
+  EXPECT_GE((*found)->images_size(), static_cast<int>(kExampleCameras * kSecond / 2));
+  EXPECT_EQ(*sets_of("take_001").begin(), kSecond + kSecond / 2) << "the sets before are no part of the take";
+}
+
+TEST_F(Takes, HaveTheirBeliefAfterASecondEvenIfTheyAreCutOff) {
+  Belief belief;
+  belief.at = example_time(next);
+  recorder->keep(belief);
+  capture(1);
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(2 * kSecond);
+
+  const auto reader = TakeReader::open(folder / "take_001.mcap");
+
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_TRUE(reader->cut_off());
+  const auto found = belief_of(*reader);
+  EXPECT_TRUE(found && *found);
+}
+
+TEST_F(Takes, HaveNoBeliefOfTheTimeAfterTheirStart) {
+  capture(kSecond);
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  Belief belief;
+  belief.after_set = next - 1;
+  belief.at = example_time(next);
+  recorder->keep(belief);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const auto found = belief_of(*TakeReader::open(folder / "take_001.mcap"));
+
+  EXPECT_TRUE(found && !*found);
 }
 
 TEST_F(Takes, IncludeWhatAlreadyHappened) {

@@ -18,7 +18,8 @@ enum class BufferedKind : std::uint32_t {
   Description,
   Health,
   Event,
-  Break,  ///< other cameras from here on: no take goes beyond
+  Belief,  ///< `v1::Belief` without sets and images
+  Break,   ///< other cameras from here on: no take goes beyond
 };
 
 /// One encoded message.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "take/take_belief.h"
 #include "take/take_reader.h"
 #include "wire/codec/encode_numbers.h"
 
@@ -18,8 +19,12 @@ TakeInProgress::TakeInProgress(std::unique_ptr<TakeWriter> file, TakeInfo begun,
 }
 
 Status TakeInProgress::write(const BufferedMessage& message) {
-  if (message.kind == BufferedKind::Blobs) return write_image(message);
   const bool is_early = message.at < from;
+  if (is_early) lead_in_.add(message);
+  if (message.at > from + kLongestSet) {
+    if (const Status written = write_lead_in(); !written) return written;
+  }
+  if (message.kind == BufferedKind::Blobs) return write_image(message);
   if (!is_early && (!to || message.at <= *to)) return append(message);
   if (message.kind != BufferedKind::Snapshot) return {};
   if (is_early) {
@@ -28,6 +33,13 @@ Status TakeInProgress::write(const BufferedMessage& message) {
     drained = true;
   }
   return {};
+}
+
+// Writes the belief and the lead-in, once.
+Status TakeInProgress::write_lead_in() {
+  if (std::exchange(has_lead_in_, true)) return {};
+  std::optional<std::string> belief = lead_in_.finish(info.producer);
+  return belief ? writer->attach({kBeliefFile, kBeliefMediaType, *std::move(belief)}) : Status{};
 }
 
 Status TakeInProgress::write_image(const BufferedMessage& image) {
@@ -52,6 +64,7 @@ Status TakeInProgress::append(const BufferedMessage& message) {
     }
     case BufferedKind::Health: return writer->append(kHealthTopic, message.at, message.bytes);
     case BufferedKind::Event: return writer->append(kEventTopic, message.at, message.bytes);
+    case BufferedKind::Belief:
     case BufferedKind::Break: break;
   }
   return {};
@@ -81,6 +94,7 @@ Status TakeInProgress::finish(Timestamp now, const QualityReport& report, const 
   }
   info.ended_at = to ? std::min(*to, now) : now;
   add_quality(info, report, ended_early);
+  static_cast<void>(write_lead_in());  // a failure is told by `finish` too
   return writer->finish(info);
 }
 

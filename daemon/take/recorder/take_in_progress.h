@@ -14,6 +14,7 @@
 #include "model/take_order.h"
 #include "model/timecode.h"
 #include "take/recorder/edge_images.h"
+#include "take/recorder/lead_in.h"
 #include "take/recorder/take_buffer.h"
 #include "take/take_quality.h"
 #include "take/take_writer.h"
@@ -54,12 +55,15 @@ class TakeInProgress {
   Status append(const BufferedMessage& message);
   Status write_image(const BufferedMessage& image);
   Status append_image(std::uint32_t camera, Timestamp at, std::string_view bytes);
+  Status write_lead_in();
   Status append_snapshot(const BufferedMessage& message);
 
   bool snapshots_;
   std::vector<std::string> blob_topics_;                    // by camera
   std::optional<Timecode> first_timecode_, last_timecode_;  // of the snapshots
   EdgeImages edges_;
+  LeadIn lead_in_;
+  bool has_lead_in_ = false;  // the file
   v1::Snapshot read_;
   std::string written_;
 };

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "take/recorder/edge_images.h"
+#include "take/recorder/lead_in.h"
 #include "wire/codec/camera_blobs.h"
 #include "wire/codec/encode.h"
 
@@ -19,7 +19,7 @@ TakeIntake::TakeIntake(const TakesSettings& settings, Duration least_kept, const
                        std::vector<TakeFile> files)
     : keeps_blobs_(settings.blobs),
       before_(settings.before),
-      buffer_(settings.memory_mb * 1'000'000, std::max(settings.before, least_kept) + kLongestSet),
+      buffer_(settings.memory_mb * 1'000'000, std::max(settings.before, least_kept) + kLongestLead),
       description_(description),
       descriptions_{{Timestamp::min(), description}},
       files_(std::move(files)) {
@@ -51,6 +51,16 @@ void TakeIntake::keep(const Health& health) {
   buffer_.add({BufferedKind::Health, 0, health.at, bytes_});
   events_.update(health);
   add_events();
+}
+
+void TakeIntake::keep(const Belief& belief) {
+  if (!keeps_blobs_) return;
+  belief_.set_after_set(belief.after_set);
+  const auto state = belief.bytes();
+  belief_.set_state(std::string(compressor_.compress({reinterpret_cast<const char*>(state.data()), state.size()})));
+  belief_.set_state_size(state.size());
+  belief_.SerializeToString(&bytes_);
+  buffer_.add({BufferedKind::Belief, 0, belief.at, bytes_});
 }
 
 void TakeIntake::learn(const SubjectFit& fit) {

@@ -12,11 +12,13 @@
 #include "mocap/v1/health.pb.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "mocap/v1/take.pb.h"
+#include "model/belief.h"
 #include "model/blob.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
 #include "model/take_file.h"
+#include "take/mcap/compression.h"
 #include "take/recorder/take_buffer.h"
 #include "take/takes_settings.h"
 #include "wire/event_watch.h"
@@ -36,6 +38,7 @@ class TakeIntake {
   void keep(const BlobFrame& frame);
   void keep(const Snapshot& snapshot);
   void keep(const Health& health);
+  void keep(const Belief& belief);
   void learn(const SubjectFit& fit);
   void count_dropped_images(std::uint64_t total) { dropped_images_.store(total, std::memory_order_relaxed); }
   void describe(const Description& description, std::vector<TakeFile> files, Timestamp now);
@@ -69,6 +72,8 @@ class TakeIntake {
   v1::CameraBlobs blobs_;
   v1::Snapshot snapshot_;
   v1::Health health_;
+  v1::Belief belief_;
+  mcap::Compressor compressor_{mcap::Compression::Zstd};
   std::string bytes_, description_bytes_;
 
   // Of both threads.

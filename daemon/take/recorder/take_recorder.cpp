@@ -24,9 +24,8 @@ constexpr const char* kWho = "take";
 constexpr std::size_t kBatch_bytes = 1U << 17U;
 constexpr int kMostBatches = 8;  // of one call of `work`
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
-// Longest wait for the snapshots of the take's last instants.
+// Longest wait for the snapshots of the take's last instants; the second one while images came that may belong to them.
 constexpr Duration kDrainPatience = std::chrono::milliseconds(300);
-// The same, while images came that may belong to these snapshots.
 constexpr Duration kLongDrainPatience = kLongestSet + kDrainPatience;
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(2);
@@ -45,6 +44,7 @@ class DiskTakeRecorder : public TakeRecorder {
   void keep(const BlobFrame& frame) override { intake_.keep(frame); }
   void keep(const Snapshot& snapshot) override { intake_.keep(snapshot); }
   void keep(const Health& health) override { intake_.keep(health); }
+  void keep(const Belief& belief) override { intake_.keep(belief); }
   void learn(const SubjectFit& fit) override { intake_.learn(fit); }
   void count_dropped_images(std::uint64_t total) override { intake_.count_dropped_images(total); }
   void describe(const Description& description, std::vector<TakeFile> files, Timestamp now) override {
@@ -263,7 +263,7 @@ class DiskTakeRecorder : public TakeRecorder {
     TakeStart begin;
     begin.info = info_of(order);
     Timestamp from = now - order.before;
-    const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kLongestSet);
+    const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kLongestLead);
     // The first sets of the run may still be on their way.
     from = std::max(from, std::min(oldest.value_or(now), now) - kLongestSet);
     begin.info.started_at = from;

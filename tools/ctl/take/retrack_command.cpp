@@ -59,6 +59,7 @@ void print_json(const RetrackReport& report, double spent_s) {
                               {"missing_views", report.missing_views},
                               {"damaged", report.damaged},
                               {"from_start_of_run", report.from_start_of_run},
+                              {"from_belief", report.from_belief},
                               {"kept", report.kept}};
   json["first_difference"] = nullptr;
   if (report.first_difference) json["first_difference"] = *report.first_difference;
@@ -77,7 +78,9 @@ void print_text(const RetrackReport& report, double spent_s) {
   }
   if (report.first_difference) {
     fmt::print("set {} is the first that differs{}\n", *report.first_difference,
-               report.from_start_of_run ? "" : ": the recording began while the daemon was tracking already");
+               report.from_start_of_run || report.from_belief
+                   ? ""
+                   : ": the recording began while the daemon was tracking already");
   }
   if (report.missing_views > 0) fmt::print("{} images that the daemon had are not in the take\n", report.missing_views);
   if (report.damaged > 0) fmt::print("{} damaged messages were left out\n", report.damaged);

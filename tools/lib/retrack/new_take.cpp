@@ -24,7 +24,7 @@ take::TakeInfo info_of(const take::TakeReader& from, const std::filesystem::path
   info.others[kOrigin] = std::filesystem::path(from.mcap().path()).filename().string();
   info.started_at = std::max(info.started_at.value_or(from.first_at()), span.from);
   info.ended_at = std::min(info.ended_at.value_or(from.last_at()), span.to);
-  if (span.from > from.first_at()) info.start_timecode.clear();
+  if (span.from > from.info().started_at.value_or(from.first_at())) info.start_timecode.clear();
   if (span.to < from.last_at()) info.end_timecode.clear();
   return info;
 }

@@ -14,6 +14,8 @@
 #include "lib/retrack/made_of.h"
 #include "lib/retrack/new_take.h"
 #include "lib/retrack/recorded_sets.h"
+#include "lib/retrack/set_tracker.h"
+#include "take/take_belief.h"
 #include "take/take_name.h"
 
 namespace mocap::retrack {
@@ -103,56 +105,6 @@ Result<RetrackReport> keep(const RetrackOrder& order, const std::string& digest)
   return report;
 }
 
-// Makes the snapshot of each set, in the order of the sets.
-class SetTracker {
- public:
-  virtual ~SetTracker() = default;
-
-  // Borrowed until the next call. Null: there is none yet.
-  virtual Result<const Snapshot*> step(const FrameSet& set) = 0;
-  // The fit that the last snapshot is the first to use.
-  virtual const std::optional<SubjectFit>& fit() const = 0;
-};
-
-// As the daemon does.
-class LiveTracker : public SetTracker {
- public:
-  explicit LiveTracker(const settings::DaemonSettings& settings) : fusion_(assemble_fusion(settings)) {}
-
-  Result<const Snapshot*> step(const FrameSet& set) override { return &fusion_->step(set); }
-  const std::optional<SubjectFit>& fit() const override { return fusion_->fit(); }
-
- private:
-  std::unique_ptr<fusion::Fusion> fusion_;
-};
-
-// Collects the sets of a take. After OfflineTracks::finish, gives the snapshots of the same sets.
-class OfflineTracker : public SetTracker {
- public:
-  explicit OfflineTracker(offline::OfflineTracks& tracks) : tracks_(tracks) {}
-
-  // From now on the sets come once more.
-  void begin_again() { next_ = 0; }
-
-  Result<const Snapshot*> step(const FrameSet& set) override {
-    if (!next_) {
-      const Status added = tracks_.add(set);
-      return added ? Result<const Snapshot*>(nullptr) : added.error();
-    }
-    Result<Snapshot> snapshot = tracks_.snapshot((*next_)++);
-    if (!snapshot) return snapshot.error();
-    snapshot_ = *std::move(snapshot);
-    return &snapshot_;
-  }
-  const std::optional<SubjectFit>& fit() const override { return none_; }
-
- private:
-  offline::OfflineTracks& tracks_;
-  std::optional<std::size_t> next_;
-  Snapshot snapshot_;
-  const std::optional<SubjectFit> none_;
-};
-
 // Reads a take once, from its start to its end, and tracks its sets.
 class Tracking {
  public:
@@ -184,6 +136,22 @@ class Tracking {
     }
   }
 
+  // Tracks the sets between the belief and the start of the take, which are not part of it. Before `run`.
+  Status run_lead_in(const v1::Belief& belief, Timestamp start) {
+    start_ = start;
+    for (const v1::Snapshot& set : belief.sets()) sets_->add(RecordedSnapshot{set, {}});
+    std::vector<const v1::CameraBlobs*> images;
+    for (const v1::CameraBlobs& image : belief.images()) images.push_back(&image);
+    std::ranges::stable_sort(images, {}, [](const v1::CameraBlobs* image) { return image->exposed_at_ns(); });
+    for (const v1::CameraBlobs* image : images) {
+      const Timestamp at = from_ns(image->exposed_at_ns());
+      if (const Status tracked = track_sets(at, {}, [](const auto&) { return true; }); !tracked) return tracked;
+      const std::string bytes = image->SerializeAsString();
+      if (const auto frame = read_image({TakeTopic::Blobs, at, bytes})) sets_->add(*frame);
+    }
+    return {};
+  }
+
   const RetrackReport& report() const noexcept { return report_; }
 
  private:
@@ -200,15 +168,22 @@ class Tracking {
   }
 
   Status use_image(const TakeRecord& record) {
+    const std::optional<BlobFrame> frame = read_image(record);
+    if (!frame || frame->exposed_at < start_) return {};  // the lead-in has those before the start
+    sets_->add(*frame);
+    return into_ == nullptr ? Status{} : into_->append(*frame);
+  }
+
+  // With its id in the settings; empty: it is damaged, or its camera is left out.
+  std::optional<BlobFrame> read_image(const TakeRecord& record) {
     Result<BlobFrame> frame = take::blobs_of(record);
     if (!frame || !is_consistent(*frame, record)) {
       ++report_.damaged;
-      return {};
+      return std::nullopt;
     }
     frame->camera = camera_ids_[frame->camera.value];
-    if (!frame->camera.names_something()) return {};
-    sets_->add(*frame);
-    return into_ == nullptr ? Status{} : into_->append(*frame);
+    if (!frame->camera.names_something()) return std::nullopt;
+    return *std::move(frame);
   }
 
   bool is_consistent(const BlobFrame& frame, const TakeRecord& record) const {
@@ -251,18 +226,22 @@ class Tracking {
     tracked_up_to_ = set.frames.exposed_at;
     const Result<const Snapshot*> snapshot = tracker_.step(set.frames);
     if (!snapshot) return snapshot.error();
-    ++report_.sets;
     report_.missing_views += set.missing_views;
+    if (set.frames.exposed_at < start_) return learn(set);
+    ++report_.sets;
     if (into_ == nullptr) return {};
-    if (const std::optional<SubjectFit>& fit = tracker_.fit()) {
-      if (const Status learnt = into_->learn(*fit, set.frames.exposed_at); !learnt) return learnt;
-    }
+    if (const Status learnt = learn(set); !learnt) return learnt;
     const Result<bool> same = into_->append(**snapshot, set);
     if (!same) return same.error();
     report_.recorded += set.recorded ? 1 : 0;
     report_.equal += *same ? 1 : 0;
     if (set.recorded && !*same && !report_.first_difference) report_.first_difference = set.frames.number;
     return {};
+  }
+
+  Status learn(const TakeSet& set) {
+    const std::optional<SubjectFit>& fit = tracker_.fit();
+    return fit && into_ != nullptr ? into_->learn(*fit, set.frames.exposed_at) : Status{};
   }
 
   double share_of(Timestamp at) const {
@@ -277,7 +256,8 @@ class Tracking {
   SetTracker& tracker_;
   NewTake* into_;
   Timestamp tracked_up_to_ = Timestamp::min();
-  bool is_behind_ = false;  // a set after the span came
+  bool is_behind_ = false;              // a set after the span came
+  Timestamp start_ = Timestamp::min();  // what was exposed before belongs to the lead-in
   RetrackReport report_;
 };
 
@@ -314,12 +294,23 @@ Result<std::unique_ptr<offline::OfflineTracks>> collect(const RetrackOrder& orde
   return tracks;
 }
 
-Span span_of(const RetrackOrder& order, const take::TakeReader& take) {
+Span span_of(const RetrackOrder& order, const take::TakeReader& take, bool has_belief) {
   const Timestamp start = take.info().started_at.value_or(take.first_at());
   Span span;
+  if (has_belief) span.from = start;
   if (order.from) span.from = start + *order.from;
   if (order.to) span.to = start + *order.to;
   return span;
+}
+
+// The belief that the take begins with, if the order is to track it as it was.
+Result<std::optional<v1::Belief>> usable_belief(const RetrackOrder& order, const take::TakeReader& take,
+                                                const std::string& producer) {
+  const bool same_settings = order.others.settings.empty() && order.others.rig.empty() && order.others.subjects.empty();
+  if (order.offline || order.every_set || !same_settings) return std::optional<v1::Belief>();
+  Result<std::optional<v1::Belief>> belief = take::belief_of(take);
+  if (belief && *belief && (*belief)->producer() != producer) belief->reset();
+  return belief;
 }
 
 }  // namespace
@@ -341,9 +332,17 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   Result<TakeSettings> loaded = load_take_settings(*take, order.others);
   if (!loaded) return loaded.error();
   settings::DaemonSettings& settings = *loaded->settings;
-  if (!*from_start && order.others.subjects.empty()) use_bodies(*recorded, settings);
+  const std::string producer = describe(settings, "").producer;
+  Result<std::optional<v1::Belief>> belief = usable_belief(order, *take, producer);
+  if (!belief) return belief.error();
+  std::unique_ptr<LiveTracker> live;
+  if (*belief && !*from_start) {
+    live = std::make_unique<LiveTracker>(settings);
+    if (!live->restore((*belief)->state())) live.reset();
+  }
+  if (!live && !*from_start && order.others.subjects.empty()) use_bodies(*recorded, settings);
 
-  const Result<std::string> digest = made_of(order, loaded->files, describe(settings, "").producer);
+  const Result<std::string> digest = made_of(order, loaded->files, producer);
   if (!digest) return digest.error();
   if (order.resume && is_there(order.out)) return keep(order, *digest);
 
@@ -351,7 +350,7 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   if (std::ranges::none_of(ids, [](CameraId id) { return id.names_something(); })) {
     return wrong(fmt::format("'{}': the settings have none of its cameras", order.take.string()));
   }
-  const Span span = span_of(order, *take);
+  const Span span = span_of(order, *take, live != nullptr);
   std::unique_ptr<offline::OfflineTracks> tracks;
   std::unique_ptr<SetTracker> tracker;
   if (order.offline) {
@@ -361,14 +360,24 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
     auto offline = std::make_unique<OfflineTracker>(*tracks);
     offline->begin_again();
     tracker = std::move(offline);
-  } else {
-    tracker = std::make_unique<LiveTracker>(settings);
   }
-  const Description description = describe(tracks ? tracks->settings() : settings, recorded->session_id);
+  Description description = describe(tracks ? tracks->settings() : settings, recorded->session_id);
+  if (live) description = live->describe(std::move(description));
+  const bool has_belief = live != nullptr;
+  if (!tracker) tracker = live ? std::move(live) : std::make_unique<LiveTracker>(settings);
+  // A later order begins with the same belief.
+  if (has_belief && !order.from) {
+    Result<std::string> bytes = take->file(take::kBeliefFile);
+    if (bytes) loaded->files.push_back({take::kBeliefFile, take::kBeliefMediaType, *std::move(bytes)});
+  }
   Result<NewTake> into = NewTake::create(order.out, *take, span, {description, std::move(loaded->files), *digest});
   if (!into) return into.error();
   Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), *tracker, &*into);
   const double written = order.offline ? kShareOfCollecting + kShareOfBackward : 0.0;
+  if (has_belief) {
+    const Status led = tracking.run_lead_in(**belief, take->info().started_at.value_or(take->first_at()));
+    if (!led) return led.error();
+  }
   if (const Status tracked = tracking.run(span, from_share(written, 1.0, progress)); !tracked) return tracked.error();
   Result<std::string> path = into->finish();
   if (!path) return path.error();
@@ -376,6 +385,7 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   report.path = *std::move(path);
   report.seconds = to_s(std::min(take->last_at(), span.to) - take->first_at());
   report.from_start_of_run = *from_start;
+  report.from_belief = has_belief;
   return report;
 }
 

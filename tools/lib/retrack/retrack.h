@@ -38,6 +38,7 @@ struct RetrackReport {
   std::uint64_t missing_views = 0;                ///< images of sets that the take does not have
   std::uint64_t damaged = 0;                      ///< messages that were left out
   bool from_start_of_run = false;                 ///< the take has the first set of its run
+  bool from_belief = false;                       ///< the tracking began with the belief that the take begins with
   bool kept = false;                              ///< the new take was there already: nothing was tracked
 };
 

@@ -11,6 +11,7 @@
 #include "settings/rig/rig_file.h"
 #include "settings/subject/subject_file.h"
 #include "settings/toml/text_file.h"
+#include "take/take_belief.h"
 
 namespace mocap::retrack {
 namespace {
@@ -52,6 +53,7 @@ Error as_error(const settings::Faults& faults) { return {ErrorCode::InvalidArgum
 Result<std::vector<settings::PackedFile>> files_of(const take::TakeReader& take) {
   std::vector<settings::PackedFile> files;
   for (const std::string& name : take.files()) {
+    if (name == take::kBeliefFile) continue;
     Result<std::string> bytes = take.file(name);
     if (!bytes) return bytes.error();
     files.push_back({name, *std::move(bytes)});
