@@ -11,9 +11,6 @@
 namespace mocap::label {
 namespace {
 
-// Rejection hysteresis: a label is released after so many sets with a residual above the gate, or after one set with
-// twice the gate. Chosen by hand; not yet measured.
-constexpr int kMaxRejectCount = 3;
 // The gate of the residual from the fitted pose: a constant, twice the running mean of all markers, and twice that of
 // the marker itself (bounded), which is larger where skin slides. Chosen by hand; not yet measured.
 constexpr double kMinResidualGate_m = 0.012;

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "kinematics/archive_body.h"
 #include "label/subject_labeller.h"
 
@@ -13,11 +15,16 @@ void SubjectLabeller::archive(Archive& members) {
   kinematics::archive_offsets(set_, members);
   members(constraints_, body_, phase_, at_, measured_at_, enough_at_, plausible_at_, memories_, participates_);
   members(usual_residual_m_, limb_, initial_tracks_, cooldown_, in_limb_, unreliable_, fit_);
-  for (const LabelMemory& memory : memories_) {
-    for (const Marginal& marginal : memory.marginals) {
-      if (marginal.marker >= memories_.size()) members.fail();
-    }
-  }
+  if (members.is_reading() && !has_valid_memories()) members.fail();
+}
+
+// Whether each track has one label, each marginal one of the markers, and each label fewer rejections than end it.
+bool SubjectLabeller::has_valid_memories() const {
+  const auto is_marker = [&](const Marginal& marginal) { return marginal.marker < memories_.size(); };
+  return std::ranges::all_of(memories_, [&](const LabelMemory& memory) {
+    return std::ranges::all_of(memory.marginals, is_marker) && memory.reject_count < kMaxRejectCount &&
+           (!memory.track.names_something() || std::ranges::count(memories_, memory.track, &LabelMemory::track) == 1);
+  });
 }
 
 }  // namespace mocap::label

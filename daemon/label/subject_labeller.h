@@ -131,6 +131,9 @@ class SubjectLabeller {
   // Confidence of an established label, reached from 0.6 after ten accepted sets (0.1 of the way to 1 in each set).
   // Chosen by hand; not yet measured.
   static constexpr float kEstablishedConfidence = 0.85F;
+  // Rejection hysteresis: a label is released after so many sets with a residual above the gate, or after one set with
+  // twice the gate. Chosen by hand; not yet measured.
+  static constexpr int kMaxRejectCount = 3;
   // Sets until a limb that was not labelled is tried again. Chosen by hand; not yet measured.
   static constexpr int kCooldownSets = 2;
 
@@ -218,6 +221,7 @@ class SubjectLabeller {
   bool has_other_subject(int track, const LabelledTracks& tracks) const;
   void apply_hypothesis(LabelledTracks& tracks);
   void compute_marginals(const LabelledTracks& tracks);
+  bool has_valid_memories() const;
   bool has_current_marginal(const LabelMemory& memory) const;
 
   LabelSettings settings_;
