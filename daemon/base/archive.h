@@ -58,14 +58,19 @@ class Archive {
   Archive(std::span<std::byte> into, std::span<const std::byte> from, bool is_reading)
       : into_(into), from_(from), is_reading_(is_reading) {}
 
+  /// Types whose bytes are their value.
+  template <class T>
+  static constexpr bool kIsPlain = !Archivable<T> && !std::same_as<T, bool> && !std::is_pointer_v<T> &&
+                                   (std::is_floating_point_v<T> || std::has_unique_object_representations_v<T>);
+
   template <class T>
   void one(T& member) {
     if constexpr (Archivable<T>) {
       member.archive(*this);
     } else if constexpr (std::same_as<T, bool>) {
       flag(member);
-    } else if constexpr (std::is_floating_point_v<T> || std::has_unique_object_representations_v<T>) {
-      static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    } else if constexpr (kIsPlain<T>) {
+      static_assert(std::is_trivially_copyable_v<T>);
       bytes(&member, sizeof(T));
     } else if constexpr (requires { member.coeffs().data(); }) {  // a quaternion
       one(member.coeffs());
@@ -82,18 +87,18 @@ class Archive {
 
   template <class T, std::size_t N>
   void container(std::array<T, N>& elements) {
-    for (T& element : elements) one(element);
+    all(std::span(elements));
   }
   template <class T, std::size_t N>
   void container(BoundedVector<T, N>& elements) {
     const std::size_t size = count(elements.size(), N);
     if (is_reading_ && ok_) elements.resize(size);
-    for (T& element : elements) one(element);
+    all(std::span<T>(elements));
   }
   template <class T>
   void container(std::vector<T>& elements) {
     resize(elements);
-    for (T& element : elements) one(element);
+    all(std::span(elements));
   }
   void container(std::vector<bool>& elements) {
     resize(elements);
@@ -118,6 +123,15 @@ class Archive {
   }
 
   template <class T>
+  void all(std::span<T> elements) {
+    if constexpr (kIsPlain<T>) {
+      if (!elements.empty()) bytes(elements.data(), elements.size_bytes());
+    } else {
+      for (T& element : elements) one(element);
+    }
+  }
+
+  template <class T>
   void resize(std::vector<T>& elements) {
     const std::size_t size = count(elements.size(), elements.capacity());
     if (!elements.empty() && size != elements.size()) return fail();
@@ -132,8 +146,8 @@ class Archive {
   }
 
   void bytes(void* member, std::size_t size) {
-    const std::size_t all = is_reading_ ? from_.size() : into_.size();
-    if (!ok_ || size > all - at_) return fail();
+    const std::size_t end = is_reading_ ? from_.size() : into_.size();
+    if (!ok_ || size > end - at_) return fail();
     if (is_reading_) {
       std::memcpy(member, from_.data() + at_, size);
     } else {
