@@ -41,7 +41,7 @@ PARSERS = {
     "rig": ["daemon/settings/rig/rig_*.cpp", "daemon/calibration/formats/*.cpp"],
     "subject": ["daemon/settings/subject/marker_set_file.cpp", "daemon/settings/subject/subject_file.cpp"],
     "subscription": ["daemon/wire/subscriptions.cpp"],
-    "timecode": ["daemon/timecode/wav_file.cpp", "daemon/timecode/ltc_*.cpp", "daemon/timecode/fly_wheel.cpp", "daemon/model/timecode.cpp"],
+    "timecode": ["daemon/timecode/wav_file.cpp", "daemon/timecode/ltc_*.cpp", "daemon/timecode/fly_wheel.cpp", "daemon/model/clock/timecode.cpp"],
     "trigger": ["daemon/trigger/xml_packet.cpp", "daemon/trigger/osc_packet.cpp", "daemon/trigger/ip4.cpp", "daemon/trigger/request.cpp"],
     "vrpn": ["tools/bridges/vrpn/session.cpp", "tools/bridges/vrpn/message.cpp"],
     "web": ["tools/web/http/*_session.h", "tools/web/feed/page_message.cpp", "tools/web/query.cpp", "tools/web/api.cpp"],

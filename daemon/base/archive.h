@@ -87,7 +87,7 @@ class Archive {
 
   template <class T, std::size_t N>
   void container(std::array<T, N>& elements) {
-    all(std::span(elements));
+    all(std::span<T>(elements));
   }
   template <class T, std::size_t N>
   void container(BoundedVector<T, N>& elements) {
@@ -98,7 +98,7 @@ class Archive {
   template <class T>
   void container(std::vector<T>& elements) {
     resize(elements);
-    all(std::span(elements));
+    all(std::span<T>(elements));
   }
   void container(std::vector<bool>& elements) {
     resize(elements);

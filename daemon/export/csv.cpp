@@ -10,7 +10,7 @@
 #include "export/clip/clip_timecode.h"
 #include "export/clip/in_axes.h"
 #include "export/labels.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 
 namespace mocap::exports {
 namespace {

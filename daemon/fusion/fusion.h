@@ -54,7 +54,7 @@ class Fusion {
 
   /// Writes the belief, or takes it over from a fusion that was built with the same settings, so that both give the
   /// same snapshots from then on. Call between two steps. Writing never allocates; the belief is smaller than
-  /// kMostBeliefBytes (model/belief.h).
+  /// kMostBeliefBytes (model/take/belief.h).
   void archive(Archive& members);
 
   /// Uses a fit of a subject that was made elsewhere, from the next step on.

@@ -13,7 +13,7 @@
 #include "model/health.h"
 #include "model/image_mask.h"
 #include "model/snapshot.h"
-#include "model/take_order.h"
+#include "model/take/take_order.h"
 
 namespace mocap {
 

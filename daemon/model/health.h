@@ -10,11 +10,11 @@
 #include "base/time.h"
 #include "model/audit.h"
 #include "model/blob_use.h"
-#include "model/clock_source.h"
+#include "model/clock/clock_source.h"
+#include "model/clock/timecode_health.h"
 #include "model/detection_counts.h"
 #include "model/search_health.h"
-#include "model/take_health.h"
-#include "model/timecode_health.h"
+#include "model/take/take_health.h"
 
 namespace mocap {
 

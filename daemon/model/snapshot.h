@@ -7,9 +7,9 @@
 #include "base/bounded_vector.h"
 #include "base/time.h"
 #include "model/camera_bits.h"
+#include "model/clock/timecode.h"
 #include "model/sighting.h"
 #include "model/subject_state.h"
-#include "model/timecode.h"
 
 namespace mocap {
 

@@ -4,7 +4,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "model/ptp_line.h"
+#include "model/clock/ptp_line.h"
 
 namespace mocap {
 

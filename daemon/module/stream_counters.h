@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "model/clock_source.h"
+#include "model/clock/clock_source.h"
 
 namespace mocap {
 

@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "base/time.h"
-#include "model/belief.h"
 #include "model/blob.h"
+#include "model/clock/timecode_health.h"
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
-#include "model/take_file.h"
-#include "model/take_health.h"
-#include "model/take_order.h"
-#include "model/timecode_health.h"
+#include "model/take/belief.h"
+#include "model/take/take_file.h"
+#include "model/take/take_health.h"
+#include "model/take/take_order.h"
 
 namespace mocap {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "base/time.h"
-#include "model/timecode_health.h"
+#include "model/clock/timecode_health.h"
 
 namespace mocap {
 

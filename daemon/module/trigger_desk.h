@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/time.h"
-#include "model/take_news.h"
-#include "model/take_order.h"
+#include "model/take/take_news.h"
+#include "model/take/take_order.h"
 #include "module/datagram_port.h"
 
 namespace mocap {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "model/belief.h"
+#include "model/take/belief.h"
 #include "take/mcap/compression.h"
 
 namespace mocap::take {

@@ -8,7 +8,7 @@
 #include "base/time.h"
 #include "mocap/v1/snapshot.pb.h"
 #include "model/description.h"
-#include "model/take_health.h"
+#include "model/take/take_health.h"
 #include "take/take_info.h"
 
 namespace mocap::take {

@@ -15,7 +15,7 @@
 #include "model/description.h"
 #include "model/health.h"
 #include "model/snapshot.h"
-#include "model/take_file.h"
+#include "model/take/take_file.h"
 #include "module/recording_size.h"
 #include "take/mcap/writer.h"
 #include "take/take_info.h"

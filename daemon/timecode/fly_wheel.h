@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "base/time.h"
-#include "model/timecode_clock.h"
+#include "model/clock/timecode_clock.h"
 
 namespace mocap::timecode {
 

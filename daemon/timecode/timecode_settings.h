@@ -6,7 +6,7 @@
 
 #include "base/key_visitor.h"
 #include "base/time.h"
-#include "model/timecode_health.h"
+#include "model/clock/timecode_health.h"
 
 namespace mocap::timecode {
 

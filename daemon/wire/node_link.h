@@ -9,7 +9,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "model/blob.h"
-#include "model/ptp_line.h"
+#include "model/clock/ptp_line.h"
 #include "module/node_server.h"
 #include "wire/client_link.h"
 #include "wire/curve_keys.h"

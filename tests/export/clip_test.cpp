@@ -6,7 +6,7 @@
 #include "export/clip/edit_clip.h"
 #include "export/clip/rates.h"
 #include "export/sample_clip.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 
 namespace mocap::exports {
 namespace clip_test {

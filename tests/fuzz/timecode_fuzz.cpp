@@ -6,7 +6,7 @@
 #include "base/expects.h"
 #include "fuzz/fuzz_arguments.h"
 #include "fuzz/inputs.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 #include "support/temporary_folder.h"
 #include "timecode/ltc_follower.h"
 #include "timecode/ltc_signal.h"

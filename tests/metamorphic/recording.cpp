@@ -11,7 +11,7 @@
 #include "base/expects.h"
 #include "base/log.h"
 #include "lib/simworld/scene_world.h"
-#include "model/belief.h"
+#include "model/take/belief.h"
 #include "support/places.h"
 #include "synchronise/frame_aligner.h"
 #include "track2d/following_blob_tracker.h"

@@ -1,4 +1,4 @@
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 
 #include <gtest/gtest.h>
 

@@ -133,20 +133,22 @@ TEST_F(Takes, BeginWithTheBeliefOfTheFusionAndTheSetsSinceThen) {
   EXPECT_EQ(*sets_of("take_001").begin(), kSecond + kSecond / 2) << "the sets before are no part of the take";
 }
 
-TEST_F(Takes, HaveTheirBeliefAfterASecondEvenIfTheyAreCutOff) {
+TEST_F(Takes, HaveNoBeliefIfTheyEndEarly) {
   Belief belief;
   belief.at = example_time(next);
   recorder->keep(belief);
   capture(1);
   ASSERT_EQ(start().outcome, TakeOutcome::Done);
-  capture(2 * kSecond);
+  capture(kSecond);
+  Description other = example_description();
+  other.cameras.pop_back();
+  recorder->describe(other, {}, now());
+  recorder->work(now());
+  ASSERT_EQ(recorder->health().state, TakeState::Failed);
 
-  const auto reader = TakeReader::open(folder / "take_001.mcap");
+  const auto found = belief_of(*TakeReader::open(folder / "take_001.mcap"));
 
-  ASSERT_TRUE(reader) << reader.error().message;
-  EXPECT_TRUE(reader->cut_off());
-  const auto found = belief_of(*reader);
-  EXPECT_TRUE(found && *found);
+  EXPECT_TRUE(found && !*found);
 }
 
 TEST_F(Takes, HaveNoBeliefOfTheTimeAfterTheirStart) {

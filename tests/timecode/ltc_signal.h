@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/time.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 
 namespace mocap::timecode::testing {
 

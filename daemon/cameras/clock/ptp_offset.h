@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "cameras/clock/peer_clock.h"
-#include "model/ptp_line.h"
+#include "model/clock/ptp_line.h"
 
 namespace mocap::cameras {
 

@@ -5,7 +5,7 @@
 
 #include "base/bounded_vector.h"
 #include "base/time.h"
-#include "model/ptp_line.h"
+#include "model/clock/ptp_line.h"
 
 namespace mocap::cameras {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/rational_rate.h"
+#include "model/clock/timecode.h"
 #include "model/skeleton.h"
 #include "model/subject_state.h"
-#include "model/timecode.h"
 #include "model/transform.h"
 
 namespace mocap::exports {

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "export/clip/clip_timecode.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 
 namespace mocap::exports {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "model/audit.h"
 #include "model/control.h"
-#include "model/take_health.h"
+#include "model/take/take_health.h"
 
 namespace mocap::runtime {
 

@@ -6,7 +6,7 @@
 
 #include "base/time.h"
 #include "mocap/v1/take.pb.h"
-#include "model/belief.h"
+#include "model/take/belief.h"
 #include "take/recorder/edge_images.h"
 #include "take/recorder/take_buffer.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "model/shot.h"
+#include "model/take/shot.h"
 
 namespace mocap::take {
 

@@ -4,7 +4,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "model/take_order.h"
+#include "model/take/take_order.h"
 #include "take/take_name.h"
 #include "take/takes_settings.h"
 

@@ -21,9 +21,6 @@ TakeInProgress::TakeInProgress(std::unique_ptr<TakeWriter> file, TakeInfo begun,
 Status TakeInProgress::write(const BufferedMessage& message) {
   const bool is_early = message.at < from;
   if (is_early) lead_in_.add(message);
-  if (message.at > from + kLongestSet) {
-    if (const Status written = write_lead_in(); !written) return written;
-  }
   if (message.kind == BufferedKind::Blobs) return write_image(message);
   if (!is_early && (!to || message.at <= *to)) return append(message);
   if (message.kind != BufferedKind::Snapshot) return {};
@@ -33,13 +30,6 @@ Status TakeInProgress::write(const BufferedMessage& message) {
     drained = true;
   }
   return {};
-}
-
-// Writes the belief and the lead-in, once.
-Status TakeInProgress::write_lead_in() {
-  if (std::exchange(has_lead_in_, true)) return {};
-  std::optional<std::string> belief = lead_in_.finish(info.producer);
-  return belief ? writer->attach({kBeliefFile, kBeliefMediaType, *std::move(belief)}) : Status{};
 }
 
 Status TakeInProgress::write_image(const BufferedMessage& image) {
@@ -94,7 +84,11 @@ Status TakeInProgress::finish(Timestamp now, const QualityReport& report, const 
   }
   info.ended_at = to ? std::min(*to, now) : now;
   add_quality(info, report, ended_early);
-  static_cast<void>(write_lead_in());  // a failure is told by `finish` too
+  // At the end, because it is as large as a second of the take or more, and not for a disk that is full or slow.
+  if (auto belief = lead_in_.finish(info.producer); belief && ended_early.empty()) {
+    // A failure is told by `finish` too.
+    static_cast<void>(writer->attach({kBeliefFile, kBeliefMediaType, *std::move(belief)}));
+  }
   return writer->finish(info);
 }
 

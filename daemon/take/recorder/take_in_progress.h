@@ -10,9 +10,9 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "mocap/v1/snapshot.pb.h"
+#include "model/clock/timecode.h"
 #include "model/description.h"
-#include "model/take_order.h"
-#include "model/timecode.h"
+#include "model/take/take_order.h"
 #include "take/recorder/edge_images.h"
 #include "take/recorder/lead_in.h"
 #include "take/recorder/take_buffer.h"
@@ -55,7 +55,6 @@ class TakeInProgress {
   Status append(const BufferedMessage& message);
   Status write_image(const BufferedMessage& image);
   Status append_image(std::uint32_t camera, Timestamp at, std::string_view bytes);
-  Status write_lead_in();
   Status append_snapshot(const BufferedMessage& message);
 
   bool snapshots_;
@@ -63,7 +62,6 @@ class TakeInProgress {
   std::optional<Timecode> first_timecode_, last_timecode_;  // of the snapshots
   EdgeImages edges_;
   LeadIn lead_in_;
-  bool has_lead_in_ = false;  // the file
   v1::Snapshot read_;
   std::string written_;
 };

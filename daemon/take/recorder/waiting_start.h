@@ -6,7 +6,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "model/health.h"
-#include "model/take_order.h"
+#include "model/take/take_order.h"
 
 namespace mocap::take {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "mocap/v1/snapshot.pb.h"
+#include "model/clock/timecode.h"
 #include "model/subject_state.h"
-#include "model/timecode.h"
 
 namespace mocap::wire {
 

@@ -6,7 +6,7 @@
 
 #include "base/result.h"
 #include "lib/retrack/retrack.h"
-#include "model/take_file.h"
+#include "model/take/take_file.h"
 
 namespace mocap::retrack {
 

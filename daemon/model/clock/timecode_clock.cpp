@@ -1,4 +1,4 @@
-#include "model/timecode_clock.h"
+#include "model/clock/timecode_clock.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #include "base/bounded_vector.h"
 #include "base/time.h"
-#include "model/timecode_clock.h"
+#include "model/clock/timecode_clock.h"
 
 namespace mocap {
 

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "base/time.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
 
 namespace mocap {
 

@@ -7,8 +7,8 @@
 
 #include "base/time.h"
 #include "model/audit.h"
-#include "model/shot.h"
-#include "model/timecode.h"
+#include "model/clock/timecode.h"
+#include "model/take/shot.h"
 
 namespace mocap {
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "model/take_health.h"
-#include "model/take_order.h"
+#include "model/take/take_health.h"
+#include "model/take/take_order.h"
 
 namespace mocap {
 
