@@ -28,7 +28,7 @@ constexpr int kSets = 120;
 constexpr int kSetsPerBelief = 8;
 constexpr int kStepsOfEach = 3;
 
-// The images of a person who is hidden for a while and then walks on.
+// The images of a person in a T-pose who then walks; after 1.6 s, 40 % of the markers are hidden.
 class Scene {
  public:
   Scene() {

@@ -17,6 +17,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 #include "synchronise/frame_aligner.h"
+#include "take/take_belief.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
 #include "track2d/following_blob_tracker.h"
@@ -81,6 +82,7 @@ class RecordedWorld {
     std::uint64_t passed_over = 0;  // every n-th set is passed over; 0: none
     std::uint64_t late = 0;         // in every n-th set the last camera is late; 0: none
     bool snapshots = true;
+    std::string belief = {};  // the attachment belief.pb; empty: none
   };
 
   // Returns the path of the take.
@@ -95,7 +97,7 @@ class RecordedWorld {
       world.step();
       std::vector<BlobFrame> images = images_of(world, set);
       for (BlobFrame& image : images) trackers[image.camera.value]->track(image);
-      if (set == wanted.from) writer = start(name, description, images.front().exposed_at);
+      if (set == wanted.from) writer = start(name, description, images.front().exposed_at, wanted.belief);
       for (const BlobFrame& image : images) {
         if (writer) {
           EXPECT_TRUE(writer->append(image));
@@ -159,7 +161,8 @@ class RecordedWorld {
     return set;
   }
 
-  std::unique_ptr<take::TakeWriter> start(const std::string& name, const Description& description, Timestamp at) const {
+  std::unique_ptr<take::TakeWriter> start(const std::string& name, const Description& description, Timestamp at,
+                                          const std::string& belief) const {
     take::TakeStart begin;
     begin.info = info_of(name);
     begin.info.started_at = at;
@@ -167,6 +170,7 @@ class RecordedWorld {
     for (settings::PackedFile& file : settings::pack_files(*settings_)) {
       begin.files.push_back({.name = std::move(file.name), .bytes = std::move(file.bytes)});
     }
+    if (!belief.empty()) begin.files.push_back({.name = take::kBeliefFile, .bytes = belief});
     auto writer = take::TakeWriter::create(folder_.path() / (name + ".mcap"), begin, {.sync = false});
     EXPECT_TRUE(writer) << writer.error().message;
     return *std::move(writer);

@@ -91,6 +91,16 @@ TEST_F(Retrack, FindsTheSubjectOfATakeThatBeganWhileItWasTracked) {
   EXPECT_EQ(last.subjects(0).phase(), v1::SUBJECT_PHASE_TRACKING) << "its body is in the description of the take";
 }
 
+TEST_F(Retrack, TracksATakeWithADamagedBeliefFromNothing) {
+  const auto take = world_.record("walk", {.sets = 300, .from = 200, .belief = "damaged"});
+
+  const auto report = again(take);
+
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_FALSE(report->from_belief);
+  EXPECT_EQ(report->sets, 100U);
+}
+
 TEST_F(Retrack, WritesTheRestOfTheTakeAsItWas) {
   const auto path = world_.record("walk", {.sets = 100});
 

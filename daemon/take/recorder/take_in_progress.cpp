@@ -86,7 +86,7 @@ Status TakeInProgress::finish(Timestamp now, const QualityReport& report, const 
   add_quality(info, report, ended_early);
   // At the end, because it is as large as a second of the take or more, and not for a disk that is full or slow.
   if (auto belief = lead_in_.finish(info.producer); belief && ended_early.empty()) {
-    // A failure is told by `finish` too.
+    // If this fails, `finish` returns the same error.
     static_cast<void>(writer->attach({kBeliefFile, kBeliefMediaType, *std::move(belief)}));
   }
   return writer->finish(info);

@@ -294,37 +294,53 @@ Result<std::unique_ptr<offline::OfflineTracks>> collect(const RetrackOrder& orde
   return tracks;
 }
 
+Timestamp start_of(const take::TakeReader& take) { return take.info().started_at.value_or(take.first_at()); }
+
+// Copies the belief to the files of the new take, so that a later order can begin with it too.
+void pass_on_belief(const take::TakeReader& take, std::vector<TakeFile>& files) {
+  Result<std::string> bytes = take.file(take::kBeliefFile);
+  if (bytes) files.push_back({take::kBeliefFile, take::kBeliefMediaType, *std::move(bytes)});
+}
+
 Span span_of(const RetrackOrder& order, const take::TakeReader& take, bool has_belief) {
-  const Timestamp start = take.info().started_at.value_or(take.first_at());
-  Span span;
-  if (has_belief) span.from = start;
+  const Timestamp start = start_of(take);
+  Span span{.from = has_belief ? start : Timestamp::min()};
   if (order.from) span.from = start + *order.from;
   if (order.to) span.to = start + *order.to;
   return span;
 }
 
-// The belief that the take begins with, if the order is to track it as it was.
-Result<std::optional<v1::Belief>> usable_belief(const RetrackOrder& order, const take::TakeReader& take,
-                                                const std::string& producer) {
+// A fusion with the belief that the take begins with.
+struct Restored {
+  v1::Belief belief;
+  std::unique_ptr<LiveTracker> tracker;
+};
+
+// Empty: the order is not to track the take as it was, or the take has no belief that this version can read.
+std::optional<Restored> restore(const RetrackOrder& order, const take::TakeReader& take,
+                                const settings::DaemonSettings& settings, const std::string& producer) {
   const bool same_settings = order.others.settings.empty() && order.others.rig.empty() && order.others.subjects.empty();
-  if (order.offline || order.every_set || !same_settings) return std::optional<v1::Belief>();
+  if (order.offline || order.every_set || !same_settings) return std::nullopt;
   Result<std::optional<v1::Belief>> belief = take::belief_of(take);
-  if (belief && *belief && (*belief)->producer() != producer) belief->reset();
-  return belief;
+  if (!belief || !*belief || (*belief)->producer() != producer) return std::nullopt;
+  Restored restored{std::move(**belief), std::make_unique<LiveTracker>(settings)};
+  if (!restored.tracker->restore(restored.belief.state())) return std::nullopt;
+  return restored;
+}
+
+Result<take::TakeReader> open_take(const RetrackOrder& order) {
+  Result<take::TakeReader> take = take::TakeReader::open(order.take);
+  if (!take || has_images(*take)) return take;
+  return wrong(
+      fmt::format("'{}': has no images of blobs to be tracked; record with [takes] blobs = true", order.take.string()));
 }
 
 }  // namespace
 
 Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   if (const Status is_new = check_new_file(order); !is_new) return is_new.error();
-  const Result<take::TakeReader> take = take::TakeReader::open(order.take);
+  const Result<take::TakeReader> take = open_take(order);
   if (!take) return take.error();
-  if (!has_images(*take)) {
-    return wrong(
-        fmt::format("'{}': has no images of blobs, so that nothing can be tracked; record with [takes] blobs = "
-                    "true",
-                    order.take.string()));
-  }
   const Result<Description> recorded = take->description();
   if (!recorded) return recorded.error();
   const Result<bool> from_start = begins_with_run(*take, *recorded);
@@ -333,14 +349,8 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   if (!loaded) return loaded.error();
   settings::DaemonSettings& settings = *loaded->settings;
   const std::string producer = describe(settings, "").producer;
-  Result<std::optional<v1::Belief>> belief = usable_belief(order, *take, producer);
-  if (!belief) return belief.error();
-  std::unique_ptr<LiveTracker> live;
-  if (*belief && !*from_start) {
-    live = std::make_unique<LiveTracker>(settings);
-    if (!live->restore((*belief)->state())) live.reset();
-  }
-  if (!live && !*from_start && order.others.subjects.empty()) use_bodies(*recorded, settings);
+  std::optional<Restored> restored = *from_start ? std::nullopt : restore(order, *take, settings, producer);
+  if (!restored && !*from_start && order.others.subjects.empty()) use_bodies(*recorded, settings);
 
   const Result<std::string> digest = made_of(order, loaded->files, producer);
   if (!digest) return digest.error();
@@ -350,42 +360,40 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   if (std::ranges::none_of(ids, [](CameraId id) { return id.names_something(); })) {
     return wrong(fmt::format("'{}': the settings have none of its cameras", order.take.string()));
   }
-  const Span span = span_of(order, *take, live != nullptr);
+  const Span span = span_of(order, *take, restored.has_value());
+  Description description = describe(settings, recorded->session_id);
   std::unique_ptr<offline::OfflineTracks> tracks;
   std::unique_ptr<SetTracker> tracker;
   if (order.offline) {
     auto collected = collect(order, *take, settings, ids, progress);
     if (!collected) return collected.error();
     tracks = *std::move(collected);
+    description = describe(tracks->settings(), recorded->session_id);
     auto offline = std::make_unique<OfflineTracker>(*tracks);
     offline->begin_again();
     tracker = std::move(offline);
-  }
-  Description description = describe(tracks ? tracks->settings() : settings, recorded->session_id);
-  if (live) description = live->describe(std::move(description));
-  const bool has_belief = live != nullptr;
-  if (!tracker) tracker = live ? std::move(live) : std::make_unique<LiveTracker>(settings);
-  // A later order begins with the same belief.
-  if (has_belief && !order.from) {
-    Result<std::string> bytes = take->file(take::kBeliefFile);
-    if (bytes) loaded->files.push_back({take::kBeliefFile, take::kBeliefMediaType, *std::move(bytes)});
+  } else if (restored) {
+    description = restored->tracker->describe(std::move(description));
+    if (!order.from) pass_on_belief(*take, loaded->files);
+    tracker = std::move(restored->tracker);
+  } else {
+    tracker = std::make_unique<LiveTracker>(settings);
   }
   Result<NewTake> into = NewTake::create(order.out, *take, span, {description, std::move(loaded->files), *digest});
   if (!into) return into.error();
   Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), *tracker, &*into);
-  const double written = order.offline ? kShareOfCollecting + kShareOfBackward : 0.0;
-  if (has_belief) {
-    const Status led = tracking.run_lead_in(**belief, take->info().started_at.value_or(take->first_at()));
-    if (!led) return led.error();
-  }
-  if (const Status tracked = tracking.run(span, from_share(written, 1.0, progress)); !tracked) return tracked.error();
+  const GoOn go_on = from_share(order.offline ? kShareOfCollecting + kShareOfBackward : 0.0, 1.0, progress);
+  Status tracked;
+  if (restored) tracked = tracking.run_lead_in(restored->belief, start_of(*take));
+  if (tracked) tracked = tracking.run(span, go_on);
+  if (!tracked) return tracked.error();
   Result<std::string> path = into->finish();
   if (!path) return path.error();
   RetrackReport report = tracking.report();
   report.path = *std::move(path);
   report.seconds = to_s(std::min(take->last_at(), span.to) - take->first_at());
   report.from_start_of_run = *from_start;
-  report.from_belief = has_belief;
+  report.from_belief = restored.has_value();
   return report;
 }
 
