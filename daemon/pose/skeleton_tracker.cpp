@@ -223,6 +223,17 @@ kinematics::PosePrior SkeletonTracker::make_prior(std::size_t seen) const {
   return prior;
 }
 
+void SkeletonTracker::mark_unreliable(std::span<const char> bones) {
+  unreliable_.assign(bones.begin(), bones.end());
+  const MarkerSet& set = pose_.marker_set();
+  for (const MarkerOnBone& marker : set.markers) {
+    const auto bone = static_cast<std::size_t>(marker.bone);
+    const int parent = set.skeleton.bones[bone].parent;
+    if (bones[bone] != 0 && parent > 0 && kinematics::sits_in_joint(marker))
+      unreliable_[static_cast<std::size_t>(parent)] = 1;
+  }
+}
+
 // Computes how much of each joint's rotation the markers observe: I - posterior covariance / prior covariance, with a
 // weak isotropic prior; 1 about a locked axis, whose rotation is known. Recomputed when the set of observations
 // changes, and every kCovarianceInterval fits.

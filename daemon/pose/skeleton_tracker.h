@@ -81,8 +81,9 @@ class SkeletonTracker {
   kinematics::PoseFitResult evaluate_from(std::span<const Pose> locals, std::span<const MarkerSwing> swings,
                                           std::span<const kinematics::Observation> seen, double max_cost);
   /// Until the next `predict`, the flagged bones (by bone; not the root) have the largest drift covariance: they may
-  /// have followed wrong labels.
-  void mark_unreliable(std::span<const char> bones) { unreliable_.assign(bones.begin(), bones.end()); }
+  /// have followed wrong labels. If a marker of a flagged bone sits in its joint, the parent has it too, because that
+  /// marker observes the rotation of the parent.
+  void mark_unreliable(std::span<const char> bones);
   /// Accepts the last fit: updates velocities, marker biases, drift covariances and all learned joint properties.
   void commit(std::span<const kinematics::Observation> seen);
 
