@@ -42,6 +42,32 @@ TEST(ScriptedActor, LeavesLiesDownAndChangesPlaces) {
   EXPECT_NEAR(state.markers[0].position.v.x(), -0.5, 1e-12);
 }
 
+// The fastest speed, m/s, of a person with these faults, in steps of 1 ms.
+double fastest_m_s(const std::vector<Fault>& faults) {
+  const auto actor = make_scripted_actor(std::make_unique<Statue>(), {0, {0.5, 0.0}, {-0.5, 0.0}}, faults);
+  scene::ActorState state;
+  actor->at(0.0, state);
+  double fastest = 0.0;
+  for (int ms = 1; ms < 6000; ++ms) {
+    const Eigen::Vector3d before = state.markers[0].position.v;
+    actor->at(0.001 * ms, state);
+    fastest = std::max(fastest, (state.markers[0].position.v - before).norm() / 0.001);
+  }
+  return fastest;
+}
+
+TEST(ScriptedActor, MovesWithoutAJumpWhenFaultsOverlap) {
+  const Fault swap{FaultKind::SubjectsSwap, 1.0, 1.5, 0, 0.0};
+  const Fault second_swap{FaultKind::SubjectsSwap, 1.2, 1.5, 0, 0.0};
+  const Fault third_swap{FaultKind::SubjectsSwap, 3.0, 1.5, 0, 0.0};
+  const Fault lies{FaultKind::SubjectLies, 1.0, 2.0, 0, 0.0};
+  const Fault second_lies{FaultKind::SubjectLies, 2.0, 2.0, 0, 0.0};
+
+  EXPECT_EQ(fastest_m_s({swap, second_swap, third_swap}), fastest_m_s({swap, third_swap}));
+  EXPECT_LT(fastest_m_s({swap, third_swap}), 2.0);
+  EXPECT_NEAR(fastest_m_s({lies, second_lies}), fastest_m_s({lies}), 1e-9);
+}
+
 struct Images {
   std::size_t count = 0;
   Duration longest_delay{};

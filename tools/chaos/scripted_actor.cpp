@@ -47,19 +47,26 @@ class ScriptedActor final : public scene::Actor {
     return pose;
   }
 
-  // 0: stands, 1: lies.
+  // 0: stands, 1: lies. Who is to lie down while lying down or standing up goes on from there without a jump.
   double lying_at(double t_s) const {
-    const Fault* lies = active_fault(faults_, FaultKind::SubjectLies, place_.subject, t_s);
-    if (lies == nullptr) return 0.0;
-    return std::min(smooth((t_s - lies->from_s) / kLyingDown_s), smooth((lies->to_s() - t_s) / kLyingDown_s));
+    double lying = 0.0;
+    for (const Fault& lies : faults_) {
+      if (lies.kind != FaultKind::SubjectLies || lies.target != place_.subject) continue;
+      lying = std::max(
+          lying, std::min(smooth((t_s - lies.from_s) / kLyingDown_s), smooth((lies.to_s() - t_s) / kLyingDown_s)));
+    }
+    return lying;
   }
 
+  // Nobody can begin to change places on the way: a swap that would begin during another one does not happen.
   Eigen::Vector2d place_at(double t_s) const {
     Eigen::Vector2d from_m = place_.own_m, to_m = place_.other_m;
+    double arrived_s = 0.0;
     for (const Fault& swap : faults_) {
-      if (swap.kind != FaultKind::SubjectsSwap || t_s < swap.from_s) continue;
+      if (swap.kind != FaultKind::SubjectsSwap || swap.from_s < arrived_s || t_s < swap.from_s) continue;
       if (t_s < swap.to_s()) return on_the_way(from_m, to_m, smooth((t_s - swap.from_s) / swap.for_s));
       std::swap(from_m, to_m);
+      arrived_s = swap.to_s();
     }
     return from_m;
   }
