@@ -1,10 +1,8 @@
 #include "identify/any_pose_finder.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/expects.h"
-#include "identify/detection_cost.h"
 #include "kinematics/kinematic_tree.h"
 
 namespace mocap::identify {
@@ -18,14 +16,6 @@ constexpr std::size_t kMaxAlternatives = 8;
 constexpr double kAlternativeCostMargin = 12.0;
 // How often an alternative may replace the best hypothesis.
 constexpr std::size_t kMaxImprovements = 6;
-// Largest distance between a marker of the fitted body and its point; scale of the robust cost of the fit.
-constexpr double kAssignmentGate_m = 0.04;
-constexpr double kFitOutlier_m = 0.05;
-// Iterations of the fit before and after the points are assigned anew.
-constexpr int kFirstIterations = 10;
-constexpr int kSecondIterations = 5;
-// Work of one iteration of the fit of the whole body, in bone fits.
-constexpr std::size_t kIterationWork = 25;
 // The clutter density is the number of points divided by this volume. The extent of the points themselves is no
 // measure: a few distant points would make the density near the body too small.
 constexpr double kClutterVolume_m3 = 4.0;
@@ -198,57 +188,6 @@ void AnyPoseFinder::choose_fits() {
   }
   stage_ = Stage::Fit;
   if (fits_ == 0) select_best();
-}
-
-void AnyPoseFinder::assign(Fitted& into) {
-  pairs_.clear();
-  constexpr double kGate2 = kAssignmentGate_m * kAssignmentGate_m;
-  for (std::size_t m = 0; m < set_.markers.size(); ++m) {
-    const Eigen::Vector3d at = fit_.marker_at(m);
-    for (std::size_t p = 0; p < cloud_.size(); ++p) {
-      const double off = (cloud_[p] - at).squaredNorm();
-      if (off < kGate2) pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(p), off});
-    }
-  }
-  const auto columns = assigner_.assign(set_.markers.size(), cloud_.size(), pairs_, kGate2);
-  for (std::size_t m = 0; m < set_.markers.size(); ++m)
-    into.point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
-}
-
-void AnyPoseFinder::solve(Fitted& into, int iterations) {
-  seen_.clear();
-  for (std::size_t m = 0; m < into.point_of_marker.size(); ++m) {
-    const int p = into.point_of_marker[m];
-    if (p >= 0)
-      seen_.push_back({static_cast<int>(m), cloud_[static_cast<std::size_t>(p)], uncertainty_.marker_sigma_m});
-  }
-  kinematics::PosePrior prior;
-  prior.rest_range_fraction = kinematics::kRestRangeFraction;
-  prior.limit_sigma_rad = kinematics::kRangeSigma_rad;
-  prior.outlier_m = kFitOutlier_m;
-  const kinematics::PoseFitResult result = fit_.solve(seen_, prior, iterations);
-  fit_work_ += kIterationWork * static_cast<std::size_t>(result.iterations);
-  into.cost = result.cost + kMissedDetectionCost * static_cast<double>(set_.markers.size() - seen_.size());
-  into.rms_m = result.rms_m;
-  into.matched = static_cast<int>(seen_.size());
-}
-
-void AnyPoseFinder::fit(Fitted& into) {
-  pose::resolve_twist(set_.skeleton, into.hypothesis.bones);
-  pose::to_local_poses(set_.skeleton, into.hypothesis.bones, locals_);
-  fit_.set_locals(locals_);
-  into.point_of_marker = into.hypothesis.point_of_marker;
-  solve(into, kFirstIterations);
-  assign(into);
-  solve(into, kSecondIterations);
-  std::copy(fit_.locals().begin(), fit_.locals().end(), into.locals.begin());
-  // A later search of a limb starts from the joints of the fitted body.
-  for (std::size_t b = 0; b < locals_.size(); ++b) into.hypothesis.bones[b].world = fit_.world()[b];
-}
-
-bool AnyPoseFinder::is_acceptable(const Fitted& one) const {
-  return one.matched >= settings_.min_present_fraction * static_cast<double>(set_.markers.size()) &&
-         one.rms_m <= settings_.max_rms_sigmas * uncertainty_.marker_sigma_m;
 }
 
 void AnyPoseFinder::select_best() {

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <numbers>
+#include <optional>
 #include <random>
 #include <vector>
 
+#include "identify/detection_cost.h"
 #include "support/test_body.h"
 
 namespace mocap::identify {
@@ -137,6 +141,32 @@ TEST(AnyPoseFinder, LeavesAsymmetricMarkersOfAMirrorImageWithoutPoint) {
       EXPECT_LE(found->explained, 35);
     }
   }
+}
+
+// Clutter near a missing marker, as ghosts are: the body with that marker undetected is likelier.
+TEST(AnyPoseFinder, KeepsThePointsOfTheSearchIfTheNearestPointsCostMore) {
+  const MarkerSet set = person("openmocap18");
+  const std::size_t left = test::marker_named(set, "LeftCollar"), right = test::marker_named(set, "RightCollar");
+  const kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t m = 0; m < set.markers.size(); ++m) {
+    if (m != left && m != right) points.push_back(body.marker_at(m));
+  }
+  points.emplace_back();
+  AnyPoseFinder finder(set, {});
+  int likeliest = 0;
+
+  for (const std::size_t missing : {left, right}) {
+    for (int direction = 0; direction < 8; ++direction) {
+      const double rad = 0.25 * std::numbers::pi * direction;
+      points.back() = body.marker_at(missing) + 0.037 * Eigen::Vector3d(std::cos(rad), 0.0, std::sin(rad));
+
+      const std::optional<FoundPose> found = finder.find(points);
+      likeliest += found && std::abs(found->cost - 2.0 * kMissedDetectionCost) < 0.1 ? 1 : 0;
+    }
+  }
+
+  EXPECT_GE(likeliest, 14) << "of 16 places of the clutter; in two the search itself takes it for the marker";
 }
 
 TEST(AnyPoseFinder, FindsTheSamePoseIfTheWorkIsSpreadOverCalls) {

@@ -1,0 +1,81 @@
+// AnyPoseFinder, continued: the fit of the whole body to one hypothesis.
+
+#include <algorithm>
+
+#include "identify/any_pose_finder.h"
+#include "identify/detection_cost.h"
+#include "pose/bone_pose_hypothesis.h"
+
+namespace mocap::identify {
+namespace {
+
+// Largest distance between a marker of the fitted body and its point; scale of the robust cost of the fit.
+constexpr double kAssignmentGate_m = 0.04;
+constexpr double kFitOutlier_m = 0.05;
+// Iterations of the fit before and after the points are assigned anew.
+constexpr int kFirstIterations = 10;
+constexpr int kSecondIterations = 5;
+// Work of one iteration of the fit of the whole body, in bone fits.
+constexpr std::size_t kIterationWork = 25;
+
+}  // namespace
+
+void AnyPoseFinder::assign(Fitted& into) {
+  pairs_.clear();
+  constexpr double kGate2 = kAssignmentGate_m * kAssignmentGate_m;
+  for (std::size_t m = 0; m < set_.markers.size(); ++m) {
+    const Eigen::Vector3d at = fit_.marker_at(m);
+    for (std::size_t p = 0; p < cloud_.size(); ++p) {
+      const double off = (cloud_[p] - at).squaredNorm();
+      if (off < kGate2) pairs_.push_back({static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(p), off});
+    }
+  }
+  const auto columns = assigner_.assign(set_.markers.size(), cloud_.size(), pairs_, kGate2);
+  for (std::size_t m = 0; m < set_.markers.size(); ++m)
+    into.point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
+}
+
+void AnyPoseFinder::solve(Fitted& into, int iterations) {
+  seen_.clear();
+  for (std::size_t m = 0; m < into.point_of_marker.size(); ++m) {
+    const int p = into.point_of_marker[m];
+    if (p >= 0)
+      seen_.push_back({static_cast<int>(m), cloud_[static_cast<std::size_t>(p)], uncertainty_.marker_sigma_m});
+  }
+  kinematics::PosePrior prior;
+  prior.rest_range_fraction = kinematics::kRestRangeFraction;
+  prior.limit_sigma_rad = kinematics::kRangeSigma_rad;
+  prior.outlier_m = kFitOutlier_m;
+  const kinematics::PoseFitResult result = fit_.solve(seen_, prior, iterations);
+  fit_work_ += kIterationWork * static_cast<std::size_t>(result.iterations);
+  into.cost = result.cost + kMissedDetectionCost * static_cast<double>(set_.markers.size() - seen_.size());
+  into.rms_m = result.rms_m;
+  into.matched = static_cast<int>(seen_.size());
+}
+
+// Fits the body to the points of the hypothesis, and then to the points that are nearest to the fitted markers: the
+// search may have left a marker out. The new points are kept unless they cost more than those of the hypothesis.
+void AnyPoseFinder::fit(Fitted& into) {
+  pose::resolve_twist(set_.skeleton, into.hypothesis.bones);
+  pose::to_local_poses(set_.skeleton, into.hypothesis.bones, locals_);
+  fit_.set_locals(locals_);
+  into.point_of_marker = into.hypothesis.point_of_marker;
+  solve(into, kFirstIterations);
+  const double searched_cost = into.cost;
+  assign(into);
+  solve(into, kSecondIterations);
+  if (into.cost > searched_cost) {
+    into.point_of_marker = into.hypothesis.point_of_marker;
+    solve(into, kSecondIterations);
+  }
+  std::copy(fit_.locals().begin(), fit_.locals().end(), into.locals.begin());
+  // A later search of a limb starts from the joints of the fitted body.
+  for (std::size_t b = 0; b < locals_.size(); ++b) into.hypothesis.bones[b].world = fit_.world()[b];
+}
+
+bool AnyPoseFinder::is_acceptable(const Fitted& one) const {
+  return one.matched >= settings_.min_present_fraction * static_cast<double>(set_.markers.size()) &&
+         one.rms_m <= settings_.max_rms_sigmas * uncertainty_.marker_sigma_m;
+}
+
+}  // namespace mocap::identify
