@@ -70,6 +70,37 @@ TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
   EXPECT_GT(subject["residual_mm"], 0.5);
 }
 
+TEST(Mocapctl, ImportsASubjectWhoseLabelsFollowNoConventionByItsMotion) {
+  if (!fs::exists(kC3d)) GTEST_SKIP() << "no shared data at " << support::shared_data_folder();
+  const support::TemporaryFolder folder;
+  const fs::path out = folder.path();
+
+  const Ended imported = run("subject import " + support::quoted(kC3d / "aml_kneel_to_prone_240.c3d") +
+                             " --name eve --date 2026-11-27 --out " + out.string());
+
+  ASSERT_EQ(imported.exit, 0) << imported.out;
+  EXPECT_THAT(imported.out, HasSubstr("bones and joints are found in the motion"));
+  const Ended shown = run("subject show --json " + (out / "eve.subject.toml").string());
+  ASSERT_EQ(shown.exit, 0) << shown.out;
+  const auto subject = nlohmann::json::parse(shown.out);
+  EXPECT_EQ(subject["markers"].size(), 62U);
+  EXPECT_EQ(subject["bones"].size(), 16U);
+  EXPECT_LT(subject["residual_mm"], 8.0);
+
+  // The daemon accepts the body.
+  std::ofstream(out / "mocapd.toml") << std::ifstream(kConfig / "synthetic.toml").rdbuf()
+                                     << "\n[[subject]]\nname = \"eve\"\nfile = \"eve.subject.toml\"\n";
+  fs::copy_file(kConfig / "demo.rig.toml", out / "demo.rig.toml");
+  EXPECT_THAT(support::output_of(support::quoted(support::program_folder() + "/mocapd") + " --check-config " +
+                                 support::quoted(out / "mocapd.toml") + " 2>&1"),
+              HasSubstr("good, cameras=4 subjects=2"));
+
+  const Ended still = run("subject import " + support::quoted(kC3d / "aml_kneel_to_prone_240.c3d") +
+                          " --name eve --static --out " + out.string());
+  EXPECT_EQ(still.exit, 65);
+  EXPECT_THAT(still.out, HasSubstr("import a take in which every joint bends"));
+}
+
 TEST(Mocapctl, ReportsInvalidInput) {
   EXPECT_EQ(run("").exit, 64);
   EXPECT_EQ(run("subject fit --marker-set x --out y").exit, 64);

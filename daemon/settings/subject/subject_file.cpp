@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 #include <optional>
 #include <system_error>
 
@@ -21,6 +22,7 @@ constexpr int kFormat = 1;
 // No bone of a person is longer than 2 m. A value in millimetres is larger.
 constexpr KeyRange kOffset_m{-2.0, 2.0};
 constexpr KeyRange kResidual_m{0.0, 1.0};
+constexpr double kDegreesPerRad = 180.0 / std::numbers::pi;
 
 std::string offset_text(const Eigen::Vector3d& v) { return list_text({v.x(), v.y(), v.z()}); }
 
@@ -186,6 +188,30 @@ Status save_marker_set(const fs::path& path, const MarkerSet& set, const fs::pat
                         marker.colour[1], marker.colour[2]);
   }
   return replace_file(path, text + "]\n");
+}
+
+Status save_skeleton(const fs::path& path, const Skeleton& skeleton) {
+  std::string text = fmt::format(
+      "# rest_offset_m: the joint from the joint of its parent, in rest pose; turns_deg: range of rotation about x, y, "
+      "z\n"
+      "name = {}\n",
+      quoted_text(skeleton.name));
+  for (const Bone& bone : skeleton.bones) {
+    text += fmt::format("\n[[bone]]\nname = {}\n", quoted_text(bone.name));
+    if (bone.parent >= 0) {
+      text += fmt::format("parent = {}\nrest_offset_m = {}\n",
+                          quoted_text(skeleton.bones[static_cast<std::size_t>(bone.parent)].name),
+                          offset_text(bone.rest_offset_m));
+    }
+    std::string turns;
+    for (std::size_t axis = 0; axis < bone.turns.size(); ++axis) {
+      if (!bone.turns[axis]) continue;
+      turns += fmt::format("{}{} = [{:.1f}, {:.1f}]", turns.empty() ? "" : ", ", "xyz"[axis],
+                           kDegreesPerRad * bone.turns[axis]->min_rad, kDegreesPerRad * bone.turns[axis]->max_rad);
+    }
+    text += fmt::format("turns_deg = {{ {} }}\n", turns);
+  }
+  return replace_file(path, text);
 }
 
 }  // namespace mocap::settings

@@ -34,4 +34,7 @@ Status save_subject(const std::filesystem::path& path, const SubjectFile& subjec
 Status save_marker_set(const std::filesystem::path& path, const MarkerSet& set,
                        const std::filesystem::path& skeleton_file);
 
+/// Writes a skeleton in the format of load_skeleton.
+Status save_skeleton(const std::filesystem::path& path, const Skeleton& skeleton);
+
 }  // namespace mocap::settings

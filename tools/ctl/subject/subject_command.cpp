@@ -15,6 +15,8 @@
 #include "base/time.h"
 #include "ctl/subject/labelled_takes.h"
 #include "ctl/subject/marker_set_drawing.h"
+#include "ctl/subject/motion_import.h"
+#include "ctl/subject/subject_report.h"
 #include "identify/asymmetry.h"
 #include "scene/import_marker_set.h"
 #include "settings/shipped_files.h"
@@ -40,45 +42,15 @@ std::string utc_now() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
 }
 
-Json json_of(const settings::SubjectFile& subject) {
-  Json bones = Json::array(), markers = Json::array();
-  for (std::size_t b = 0; b < subject.marker_set.skeleton.bones.size(); ++b) {
-    const Bone& bone = subject.marker_set.skeleton.bones[b];
-    bones.push_back({{"name", bone.name},
-                     {"length_mm", bone.parent < 0 ? 0.0 : 1e3 * bone.rest_offset_m.norm()},
-                     {"residual_mm", 1e3 * subject.bone_residuals_m[b]}});
-  }
-  for (std::size_t m = 0; m < subject.marker_set.markers.size(); ++m) {
-    markers.push_back(
-        {{"name", subject.marker_set.markers[m].name},
-         {"bone", subject.marker_set.skeleton.bones[static_cast<std::size_t>(subject.marker_set.markers[m].bone)].name},
-         {"residual_mm", 1e3 * subject.marker_residuals_m[m]}});
-  }
-  return {{"name", subject.name}, {"marker_set", subject.marker_set.name},   {"fitted_on", subject.fitted_on},
-          {"size", subject.size}, {"residual_mm", 1e3 * subject.residual_m}, {"bones", bones},
-          {"markers", markers}};
-}
+// A joint that moves farther in its bones is none: markers of a bone between them are missing, or it did not bend.
+constexpr double kLooseJoint_m = 0.030;
 
-// Prints the subject as a table. A length is the distance from the joint of the parent to the joint of the bone. A
-// residual of 0 is unknown.
-void print(const settings::SubjectFile& subject) {
-  fmt::print("subject {}: {} markers of {}, size {:.3f}, residual {:.1f} mm, fitted {}\n\n", subject.name,
-             subject.marker_set.markers.size(), subject.marker_set.name, subject.size, 1e3 * subject.residual_m,
-             subject.fitted_on.empty() ? "at an unknown date" : subject.fitted_on);
-  fmt::print("{:<16} {:<16} {:>9} {:>12}\n", "bone", "hangs on", "length mm", "residual mm");
-  const auto& bones = subject.marker_set.skeleton.bones;
-  for (std::size_t b = 0; b < bones.size(); ++b) {
-    const bool root = bones[b].parent < 0;
-    fmt::print("{:<16} {:<16} {:>9} {:>12.1f}\n", bones[b].name,
-               root ? "" : bones[static_cast<std::size_t>(bones[b].parent)].name,
-               root ? "" : fmt::format("{:.1f}", 1e3 * bones[b].rest_offset_m.norm()),
-               1e3 * subject.bone_residuals_m[b]);
-  }
-  fmt::print("\n{:<16} {:<16} {:>9} {:>12}\n", "marker", "sits on", "mm off it", "residual mm");
-  for (std::size_t m = 0; m < subject.marker_set.markers.size(); ++m) {
-    const MarkerOnBone& marker = subject.marker_set.markers[m];
-    fmt::print("{:<16} {:<16} {:>9.1f} {:>12.1f}\n", marker.name, bones[static_cast<std::size_t>(marker.bone)].name,
-               1e3 * marker.offset_m.norm(), 1e3 * subject.marker_residuals_m[m]);
+void warn_of_loose_joints(const std::vector<functional::FoundJoint>& joints) {
+  for (const functional::FoundJoint& joint : joints) {
+    if (joint.rms_m < kLooseJoint_m) continue;
+    say("the joint between {} and {} moves by {:.0f} mm, expected less than {:.0f}: a bone between them has too few "
+        "markers, or no joint of it bends in this take",
+        joint.bone, joint.parent, 1e3 * joint.rms_m, 1e3 * kLooseJoint_m);
   }
 }
 
@@ -115,8 +87,9 @@ int exit_of(const Error& error) {
 }
 
 // Reports an import. `imported_set`: the marker set that was written next to the subject file `out`.
-void report_import(const SubjectOptions& options, const scene::ImportedMarkerSet& imported,
-                   const MarkerSet& imported_set, const settings::SubjectFile& subject, const fs::path& out) {
+void report_import(const SubjectOptions& options, const MotionImport& import, const MarkerSet& imported_set,
+                   const settings::SubjectFile& subject, const fs::path& out) {
+  const scene::ImportedMarkerSet& imported = import.imported;
   std::vector<std::array<std::string, 2>> asymmetric;
   for (const auto& [one, other] : imported_set.asymmetric)
     asymmetric.push_back({imported_set.markers[one].name, imported_set.markers[other].name});
@@ -128,11 +101,13 @@ void report_import(const SubjectOptions& options, const scene::ImportedMarkerSet
     all["ghosts"] = imported.ghosts;
     all["model_outputs"] = imported.model_outputs;
     all["asymmetric"] = asymmetric;
+    if (!import.joints.empty()) all["joints"] = json_of(import.joints);
     all["marker_set_file"] = subject.marker_set_file.string();
     all["subject_file"] = out.string();
     fmt::print("{}\n", all.dump(2));
   } else {
     print(subject);
+    print(import.joints);
     fmt::print("\n{} unlabelled points and {} model outputs left out\n", imported.ghosts, imported.model_outputs);
     for (const auto& [one, other] : asymmetric)
       fmt::print("{} and {} are not symmetric seen from the front: they distinguish left from right\n", one, other);
@@ -140,15 +115,33 @@ void report_import(const SubjectOptions& options, const scene::ImportedMarkerSet
   }
 }
 
+// By the conventions of the labels, with the skeleton of the order. Fails with NotFound if that cannot be used.
+Result<MotionImport> import_by_labels(const SubjectOptions& options, const scene::C3d& c3d) {
+  const settings::FoundFile file =
+      settings::find_shipped(options.skeleton.empty() ? "skeletons/human18.toml" : options.skeleton, {});
+  if (!file.missing.empty()) return Error{ErrorCode::NotFound, "--skeleton: " + file.missing};
+  const auto skeleton = settings::load_skeleton(file.path);
+  if (!skeleton) return Error{ErrorCode::NotFound, skeleton.error().message};
+  auto imported = scene::import_marker_set(c3d, *skeleton, options.name);
+  if (!imported)
+    return Error{imported.error().code, fmt::format("{}: {}", options.file.string(), imported.error().message)};
+  return MotionImport{*std::move(imported), {}, file.path};
+}
+
 void add_import(cli::App& subject, SubjectOptions& options) {
   cli::App* command = subject.add_subcommand(
       "import", "make a marker set from the labels of a C3D file, with its asymmetric marker pairs, and fit the body");
   command->examples(
       "  mocapctl subject import static.c3d --name anna --static --out subjects\n"
-      "  mocapctl subject import walk.c3d --name bob --out subjects --json");
+      "  mocapctl subject import walk.c3d --name bob --out subjects --json\n"
+      "  mocapctl subject import stretching.c3d --name eve --out subjects --by-motion");
   command->add_option("file", options.file, "a C3D file")->required()->type_name("FILE.c3d");
   command->add_option("--name", options.name, "name of the subject and its marker set")->required();
   command->add_flag("--static", options.at_rest, "the file is a static trial: a person stands in T-pose or A-pose");
+  command->add_flag(
+      "--by-motion", options.by_motion,
+      "find bones and joints in the motion, whatever the labels are; without --skeleton also done if most "
+      "labels follow no convention (Plug-in Gait, Motive, Arena)");
   command->add_option("--skeleton", options.skeleton, "default: skeletons/human18.toml of the shipped ones")
       ->type_name("FILE");
   command->add_option("--out", options.out, "output folder of NAME.markers.toml and NAME.subject.toml")
@@ -208,42 +201,43 @@ void add_draw(cli::App& subject, SubjectOptions& options) {
 }  // namespace
 
 int run_import(const SubjectOptions& options) {
-  const settings::FoundFile skeleton_file =
-      settings::find_shipped(options.skeleton.empty() ? "skeletons/human18.toml" : options.skeleton, {});
-  if (!skeleton_file.missing.empty()) {
-    say("--skeleton: {}", skeleton_file.missing);
-    return kExitConfig;
-  }
-  const auto skeleton = settings::load_skeleton(skeleton_file.path);
-  if (!skeleton) {
-    say("{}", skeleton.error().message);
-    return kExitConfig;
-  }
   const auto c3d = read_c3d(options.file);
   if (!c3d) return exit_of(c3d.error());
-  const auto imported = scene::import_marker_set(*c3d, *skeleton, options.name);
-  if (!imported)
-    return exit_of({imported.error().code, fmt::format("{}: {}", options.file.string(), imported.error().message)});
+  const bool by_motion = options.by_motion || (options.skeleton.empty() && has_own_labels(*c3d));
+  if (by_motion && options.at_rest) {
+    say("{}: the labels follow no convention (Plug-in Gait, Motive or Arena), and a static trial does not show where "
+        "joints are; import a take in which every joint bends, without --static",
+        options.file.string());
+    return kExitData;
+  }
+  if (by_motion)
+    say("bones and joints are found in the motion: the labels follow no convention, or --by-motion is given");
+  const auto import = by_motion ? import_by_motion(*c3d, options.name, options.out) : import_by_labels(options, *c3d);
+  if (!import) {
+    const int code = exit_of(import.error());
+    return import.error().code == ErrorCode::NotFound ? kExitConfig : code;
+  }
+  warn_of_loose_joints(import->joints);
+  const scene::ImportedMarkerSet& imported = import->imported;
+  for (const std::string& label : imported.unknown) say("label '{}' is unknown; left out", label);
+  for (const std::string& label : imported.twice) say("label '{}' occurs twice; the first is used", label);
 
-  for (const std::string& label : imported->unknown) say("label '{}' is unknown; left out", label);
-  for (const std::string& label : imported->twice) say("label '{}' occurs twice; the first is used", label);
-
-  const bodyfit::LabelledTake take = scene::take_of(*c3d, imported->marker_set);
-  const auto fitted = fit_body(imported->marker_set, options.at_rest ? take : bodyfit::LabelledTake{},
+  const bodyfit::LabelledTake take = scene::take_of(*c3d, imported.marker_set);
+  const auto fitted = fit_body(imported.marker_set, options.at_rest ? take : bodyfit::LabelledTake{},
                                options.at_rest ? bodyfit::LabelledTake{} : take);
   const MarkerSet imported_set =
-      fitted ? identify::with_asymmetries(imported->marker_set, *fitted) : imported->marker_set;
+      fitted ? identify::with_asymmetries(imported.marker_set, *fitted) : imported.marker_set;
   std::error_code failed;
   fs::create_directories(options.out, failed);
   const fs::path marker_set = options.out / (options.name + ".markers.toml");
   const fs::path out = options.out / (options.name + ".subject.toml");
-  const Status set_saved = settings::save_marker_set(marker_set, imported_set, skeleton_file.path);
+  const Status set_saved = settings::save_marker_set(marker_set, imported_set, import->skeleton_file);
   if (!set_saved) return exit_of(set_saved.error());
   if (!fitted) return kExitData;
   const settings::SubjectFile subject = file_of(*fitted, options, marker_set);
   const Status saved = settings::save_subject(out, subject);
   if (!saved) return exit_of(saved.error());
-  report_import(options, *imported, imported_set, subject, out);
+  report_import(options, *import, imported_set, subject, out);
   return kExitOk;
 }
 

@@ -13,6 +13,7 @@ struct SubjectOptions {
   std::filesystem::path file;
   std::string name;
   bool at_rest = false;            ///< import: the file is a static trial
+  bool by_motion = false;          ///< import: bones are found in the motion
   std::filesystem::path skeleton;  ///< import; empty: human18 of the nearest configuration folder
   std::filesystem::path out;       ///< import: a folder; fit, draw: a file
   std::filesystem::path stream, c3d, rest, marker_set;

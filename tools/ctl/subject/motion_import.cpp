@@ -1,0 +1,68 @@
+#include "ctl/subject/motion_import.h"
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "settings/subject/subject_file.h"
+
+namespace mocap::ctl {
+namespace {
+
+bool is_ever_there(const scene::C3d& c3d, std::size_t point) {
+  for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
+    if (c3d.sample(frame, point).there) return true;
+  }
+  return false;
+}
+
+// The markers of a file by name, without those that occur twice or are never there.
+scene::ImportedMarkerSet list_markers(const scene::C3d& c3d) {
+  scene::ImportedMarkerSet listed;
+  const auto kinds = scene::kinds_of(c3d.labels);
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    listed.ghosts += kinds[i] == scene::C3dPointKind::Ghost ? 1 : 0;
+    listed.model_outputs += kinds[i] == scene::C3dPointKind::ModelOutput ? 1 : 0;
+    if (kinds[i] != scene::C3dPointKind::Marker) continue;
+    const std::string label(scene::without_subject(c3d.labels[i]));
+    if (std::ranges::find(listed.marker_set.markers, label, &MarkerOnBone::name) != listed.marker_set.markers.end()) {
+      listed.twice.push_back(c3d.labels[i]);
+    } else if (!is_ever_there(c3d, i)) {
+      ++listed.never_seen;
+    } else {
+      listed.marker_set.markers.push_back({.name = label});
+    }
+  }
+  return listed;
+}
+
+}  // namespace
+
+bool has_own_labels(const scene::C3d& c3d) {
+  const auto kinds = scene::kinds_of(c3d.labels);
+  std::size_t markers = 0, known = 0;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] != scene::C3dPointKind::Marker) continue;
+    ++markers;
+    known += scene::known_marker(scene::without_subject(c3d.labels[i])) ? 1 : 0;
+  }
+  return 2 * known < markers;
+}
+
+Result<MotionImport> import_by_motion(const scene::C3d& c3d, const std::string& name,
+                                      const std::filesystem::path& folder) {
+  MotionImport import{list_markers(c3d), {}, folder / (name + ".skeleton.toml")};
+  std::vector<std::string> labels;
+  for (const MarkerOnBone& marker : import.imported.marker_set.markers) labels.push_back(marker.name);
+  auto body = functional::find_body(scene::take_of(c3d, import.imported.marker_set), labels, name);
+  if (!body) return body.error();
+  import.imported.marker_set = std::move(body->marker_set);
+  import.joints = std::move(body->joints);
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  const Status saved = settings::save_skeleton(import.skeleton_file, import.imported.marker_set.skeleton);
+  if (!saved) return saved.error();
+  return import;
+}
+
+}  // namespace mocap::ctl
