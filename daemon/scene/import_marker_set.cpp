@@ -173,10 +173,11 @@ Result<ImportedMarkerSet> import_marker_set(const C3d& c3d, const Skeleton& skel
     }
   }
   if (imported.marker_set.markers.size() < 4) {
-    return Error{ErrorCode::InvalidArgument,
-                 "C3D: " + std::to_string(imported.marker_set.markers.size()) +
-                     " labels follow a known convention (Plug-in Gait, Motive or Arena), expected at least 4; write a "
-                     "marker set by hand"};
+    return Error{
+        ErrorCode::InvalidArgument,
+        "C3D: " + std::to_string(imported.marker_set.markers.size()) +
+            " labels follow a known convention (Plug-in Gait, Motive or Arena), expected at least 4; 'mocapctl "
+            "subject import --by-motion' finds bones in the motion, whatever the labels are"};
   }
   return imported;
 }

@@ -144,5 +144,27 @@ TEST_F(SubjectFileTest, MarkerSetIsReadAsItWasWritten) {
   EXPECT_FALSE(set.asymmetric.empty());
 }
 
+TEST_F(SubjectFileTest, SkeletonIsReadAsItWasWritten) {
+  const Skeleton skeleton = load_marker_set(kMarkerSet)->skeleton;
+  ASSERT_TRUE(save_skeleton(path_, skeleton));
+
+  const auto read = load_skeleton(path_);
+
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->name, skeleton.name);
+  ASSERT_EQ(read->bones.size(), skeleton.bones.size());
+  for (std::size_t b = 0; b < skeleton.bones.size(); ++b) {
+    EXPECT_EQ(read->bones[b].name, skeleton.bones[b].name);
+    EXPECT_EQ(read->bones[b].parent, skeleton.bones[b].parent);
+    EXPECT_EQ(read->bones[b].rest_offset_m, skeleton.bones[b].rest_offset_m);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ASSERT_EQ(read->bones[b].turns[axis].has_value(), skeleton.bones[b].turns[axis].has_value());
+      if (!skeleton.bones[b].turns[axis]) continue;
+      EXPECT_NEAR(read->bones[b].turns[axis]->min_rad, skeleton.bones[b].turns[axis]->min_rad, 1e-3);
+      EXPECT_NEAR(read->bones[b].turns[axis]->max_rad, skeleton.bones[b].turns[axis]->max_rad, 1e-3);
+    }
+  }
+}
+
 }  // namespace subject_file_test
 }  // namespace mocap::settings

@@ -29,8 +29,10 @@ TEST(ImportProcess, BringsReportWarningsAndMarkerSet) {
       true);
 
   ASSERT_TRUE(imported) << imported.error().message;
-  EXPECT_THAT(imported->report_json,
-              testing::MatchesRegex("subject import .*/upload.c3d --name=anna --out=.*/out --json --static\n"));
+  EXPECT_THAT(
+      imported->report_json,
+      testing::MatchesRegex(
+          "subject import .*/upload.c3d --name=anna --out=.*/out --json --skeleton=skeletons/human18.toml --static\n"));
   EXPECT_THAT(imported->warnings, ElementsAre("label 'X' is unknown"));
   EXPECT_EQ(imported->marker_set, "bytesskeleton = \"../../x/human18.toml\"  # relative\nmarker = []\n")
       << "no line of its own: left as it is";

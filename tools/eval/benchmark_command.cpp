@@ -137,7 +137,8 @@ int run_benchmark_labels(int argc, const char* const* argv) {
   app.add_option("--modes", options.modes, "what the daemon knows of the body, separated by commas")
       ->capture_default_str();
   app.add_option("--static", options.static_trial, "static trial of the same person, for the mode static");
-  app.add_option("--marker-set", options.marker_set, "marker set file, if the labels follow no known convention");
+  app.add_option("--marker-set", options.marker_set,
+                 "marker set file; default: by the labels, or by the motion if they follow no convention");
   app.add_option("--seeds", options.seeds, "runs with different noise")
       ->check(cli::Range(1, 1000))
       ->capture_default_str();

@@ -79,8 +79,8 @@ std::vector<std::string> sentences_in(const std::string& words, const fs::path& 
   return sentences;
 }
 
-// The import uses the shipped skeleton human18. Its path from the folder for temporary files is of no use to the
-// daemon.
+// The import uses the shipped skeleton human18, because a marker set reaches the daemon without its skeleton. Its path
+// from the folder for temporary files is of no use to the daemon.
 std::string with_shipped_skeleton(std::string text) {
   constexpr std::string_view kKey = "skeleton = ";
   const std::size_t at = text.starts_with(kKey) ? 0 : text.find("\n" + std::string(kKey)) + 1;
@@ -111,8 +111,14 @@ Result<ImportedSubject> run_import(const fs::path& mocapctl, const ImportWish& w
   file.close();
   if (!folder.made() || !file)
     return Error{ErrorCode::Io, "the file cannot be written into the folder for temporary files"};
-  std::vector<std::string> command{mocapctl.string(),       "subject", "import", upload.string(), "--name=" + wish.name,
-                                   "--out=" + out.string(), "--json"};
+  std::vector<std::string> command{mocapctl.string(),
+                                   "subject",
+                                   "import",
+                                   upload.string(),
+                                   "--name=" + wish.name,
+                                   "--out=" + out.string(),
+                                   "--json",
+                                   "--skeleton=skeletons/human18.toml"};
   if (wish.at_rest) command.emplace_back("--static");
   const Result<pid_t> process = start_import(command, folder.path());
   if (!process) return process.error();

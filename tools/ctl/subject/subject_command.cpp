@@ -15,9 +15,9 @@
 #include "base/time.h"
 #include "ctl/subject/labelled_takes.h"
 #include "ctl/subject/marker_set_drawing.h"
-#include "ctl/subject/motion_import.h"
 #include "ctl/subject/subject_report.h"
 #include "identify/asymmetry.h"
+#include "lib/functional/motion_import.h"
 #include "scene/import_marker_set.h"
 #include "settings/shipped_files.h"
 #include "settings/subject/marker_set_file.h"
@@ -87,7 +87,7 @@ int exit_of(const Error& error) {
 }
 
 // Reports an import. `imported_set`: the marker set that was written next to the subject file `out`.
-void report_import(const SubjectOptions& options, const MotionImport& import, const MarkerSet& imported_set,
+void report_import(const SubjectOptions& options, const functional::MotionImport& import, const MarkerSet& imported_set,
                    const settings::SubjectFile& subject, const fs::path& out) {
   const scene::ImportedMarkerSet& imported = import.imported;
   std::vector<std::array<std::string, 2>> asymmetric;
@@ -115,17 +115,36 @@ void report_import(const SubjectOptions& options, const MotionImport& import, co
   }
 }
 
+// A marker set, and the file of its skeleton.
+struct Import {
+  functional::MotionImport found;
+  fs::path skeleton_file;
+};
+
 // By the conventions of the labels, with the skeleton of the order. Fails with NotFound if that cannot be used.
-Result<MotionImport> import_by_labels(const SubjectOptions& options, const scene::C3d& c3d) {
+Result<Import> import_by_labels(const SubjectOptions& options, const scene::C3d& c3d) {
   const settings::FoundFile file =
       settings::find_shipped(options.skeleton.empty() ? "skeletons/human18.toml" : options.skeleton, {});
   if (!file.missing.empty()) return Error{ErrorCode::NotFound, "--skeleton: " + file.missing};
   const auto skeleton = settings::load_skeleton(file.path);
   if (!skeleton) return Error{ErrorCode::NotFound, skeleton.error().message};
   auto imported = scene::import_marker_set(c3d, *skeleton, options.name);
-  if (!imported)
-    return Error{imported.error().code, fmt::format("{}: {}", options.file.string(), imported.error().message)};
-  return MotionImport{*std::move(imported), {}, file.path};
+  if (!imported) return imported.error();
+  return Import{{.imported = *std::move(imported)}, file.path};
+}
+
+// By the motion, with a skeleton of its own, which is written.
+Result<Import> import_by_motion(const SubjectOptions& options, const scene::C3d& c3d) {
+  say("bones and joints are found in the motion: the labels follow no convention, or --by-motion is given");
+  auto found = functional::import_by_motion(c3d, options.name);
+  if (!found) return found.error();
+  warn_of_loose_joints(found->joints);
+  const fs::path file = options.out / (options.name + ".skeleton.toml");
+  std::error_code failed;
+  fs::create_directories(options.out, failed);
+  const Status saved = settings::save_skeleton(file, found->imported.marker_set.skeleton);
+  if (!saved) return saved.error();
+  return Import{*std::move(found), file};
 }
 
 void add_import(cli::App& subject, SubjectOptions& options) {
@@ -203,22 +222,21 @@ void add_draw(cli::App& subject, SubjectOptions& options) {
 int run_import(const SubjectOptions& options) {
   const auto c3d = read_c3d(options.file);
   if (!c3d) return exit_of(c3d.error());
-  const bool by_motion = options.by_motion || (options.skeleton.empty() && has_own_labels(*c3d));
+  const bool by_motion = options.by_motion || (options.skeleton.empty() && functional::has_own_labels(*c3d));
   if (by_motion && options.at_rest) {
     say("{}: the labels follow no convention (Plug-in Gait, Motive or Arena), and a static trial does not show where "
         "joints are; import a take in which every joint bends, without --static",
         options.file.string());
     return kExitData;
   }
-  if (by_motion)
-    say("bones and joints are found in the motion: the labels follow no convention, or --by-motion is given");
-  const auto import = by_motion ? import_by_motion(*c3d, options.name, options.out) : import_by_labels(options, *c3d);
-  if (!import) {
-    const int code = exit_of(import.error());
-    return import.error().code == ErrorCode::NotFound ? kExitConfig : code;
+  const auto import = by_motion ? import_by_motion(options, *c3d) : import_by_labels(options, *c3d);
+  if (!import && import.error().code == ErrorCode::NotFound) {
+    say("{}", import.error().message);
+    return kExitConfig;
   }
-  warn_of_loose_joints(import->joints);
-  const scene::ImportedMarkerSet& imported = import->imported;
+  if (!import)
+    return exit_of({import.error().code, fmt::format("{}: {}", options.file.string(), import.error().message)});
+  const scene::ImportedMarkerSet& imported = import->found.imported;
   for (const std::string& label : imported.unknown) say("label '{}' is unknown; left out", label);
   for (const std::string& label : imported.twice) say("label '{}' occurs twice; the first is used", label);
 
@@ -237,7 +255,7 @@ int run_import(const SubjectOptions& options) {
   const settings::SubjectFile subject = file_of(*fitted, options, marker_set);
   const Status saved = settings::save_subject(out, subject);
   if (!saved) return exit_of(saved.error());
-  report_import(options, *import, imported_set, subject, out);
+  report_import(options, import->found, imported_set, subject, out);
   return kExitOk;
 }
 

@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "lib/functional/motion_import.h"
 #include "lib/simworld/trc_file.h"
 #include "scene/c3d.h"
 #include "scene/import_marker_set.h"
@@ -53,6 +54,11 @@ void make_labels_unique(std::vector<std::string>& labels) {
 
 Result<MarkerSet> marker_set_of(const scene::C3d& points, const std::optional<fs::path>& file) {
   if (file) return settings::load_marker_set(*file);
+  if (functional::has_own_labels(points)) {
+    auto found = functional::import_by_motion(points, "benchmark");
+    if (!found) return found.error();
+    return std::move(found->imported.marker_set);
+  }
   const settings::FoundFile found = settings::find_shipped("skeletons/human18.toml", {});
   if (!found.missing.empty()) return Error{ErrorCode::NotFound, "skeleton: " + found.missing};
   auto skeleton = settings::load_skeleton(found.path);

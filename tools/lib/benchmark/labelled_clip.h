@@ -24,8 +24,9 @@ struct LabelledClip {
   std::size_t frames() const { return take.frames(); }
 };
 
-/// Reads a C3D or TRC file. The marker set follows the labels of the file (scene::import_marker_set), or is read from
-/// `marker_set_file`. Model outputs are omitted. Fails with NotFound, or with InvalidArgument and the reason.
+/// Reads a C3D or TRC file. The marker set follows the labels of the file (scene::import_marker_set) or, if most of
+/// them follow no convention, the motion (functional::import_by_motion), or is read from `marker_set_file`. Model
+/// outputs are omitted. Fails with NotFound, or with InvalidArgument and the reason.
 Result<LabelledClip> load_labelled_clip(const std::filesystem::path& file,
                                         const std::optional<std::filesystem::path>& marker_set_file);
 

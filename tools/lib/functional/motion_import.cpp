@@ -1,12 +1,10 @@
-#include "ctl/subject/motion_import.h"
+#include "lib/functional/motion_import.h"
 
 #include <algorithm>
-#include <system_error>
+#include <cstddef>
 #include <utility>
 
-#include "settings/subject/subject_file.h"
-
-namespace mocap::ctl {
+namespace mocap::functional {
 namespace {
 
 bool is_ever_there(const scene::C3d& c3d, std::size_t point) {
@@ -30,7 +28,7 @@ scene::ImportedMarkerSet list_markers(const scene::C3d& c3d) {
     } else if (!is_ever_there(c3d, i)) {
       ++listed.never_seen;
     } else {
-      listed.marker_set.markers.push_back({.name = label});
+      listed.marker_set.markers.push_back({label, 0, Eigen::Vector3d::Zero(), {}});
     }
   }
   return listed;
@@ -49,20 +47,16 @@ bool has_own_labels(const scene::C3d& c3d) {
   return 2 * known < markers;
 }
 
-Result<MotionImport> import_by_motion(const scene::C3d& c3d, const std::string& name,
-                                      const std::filesystem::path& folder) {
-  MotionImport import{list_markers(c3d), {}, folder / (name + ".skeleton.toml")};
+Result<MotionImport> import_by_motion(const scene::C3d& c3d, const std::string& name) {
+  MotionImport import{.imported = list_markers(c3d)};
+  MarkerSet& set = import.imported.marker_set;
   std::vector<std::string> labels;
-  for (const MarkerOnBone& marker : import.imported.marker_set.markers) labels.push_back(marker.name);
-  auto body = functional::find_body(scene::take_of(c3d, import.imported.marker_set), labels, name);
+  for (const MarkerOnBone& marker : set.markers) labels.push_back(marker.name);
+  auto body = find_body(scene::take_of(c3d, set), labels, name);
   if (!body) return body.error();
-  import.imported.marker_set = std::move(body->marker_set);
+  set = std::move(body->marker_set);
   import.joints = std::move(body->joints);
-  std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
-  const Status saved = settings::save_skeleton(import.skeleton_file, import.imported.marker_set.skeleton);
-  if (!saved) return saved.error();
   return import;
 }
 
-}  // namespace mocap::ctl
+}  // namespace mocap::functional
