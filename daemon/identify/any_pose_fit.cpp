@@ -74,7 +74,9 @@ void AnyPoseFinder::fit(Fitted& into) {
 }
 
 bool AnyPoseFinder::is_acceptable(const Fitted& one) const {
-  return one.matched >= settings_.min_present_fraction * static_cast<double>(set_.markers.size()) &&
+  const auto markers = static_cast<double>(set_.markers.size());
+  return one.matched >= settings_.min_present_fraction * markers &&
+         one.cost <= settings_.max_cost_fraction * kMissedDetectionCost * markers &&
          one.rms_m <= settings_.max_rms_sigmas * uncertainty_.marker_sigma_m;
 }
 

@@ -169,6 +169,19 @@ TEST(AnyPoseFinder, KeepsThePointsOfTheSearchIfTheNearestPointsCostMore) {
   EXPECT_GE(likeliest, 14) << "of 16 places of the clutter; in two the search itself takes it for the marker";
 }
 
+TEST(AnyPoseFinder, FindsNoBodyInTheMarkersOfAnother) {
+  std::mt19937 random(3);
+  const MarkerSet other = person("baseline41");
+  int found = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    AnyPoseFinder finder(random_body("openmocap18", random), {});
+
+    found += finder.find(random_cloud(other, 0, 0, random).points) ? 1 : 0;
+  }
+
+  EXPECT_EQ(found, 0);
+}
+
 TEST(AnyPoseFinder, FindsTheSamePoseIfTheWorkIsSpreadOverCalls) {
   std::mt19937 random(14);
   const MarkerSet set = person("baseline41");
