@@ -1,7 +1,10 @@
 // The part of SubjectLabeller that selects the limb to be labelled as a whole, and the candidate tracks of its markers.
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "kinematics/kinematic_tree.h"
 #include "label/subject_labeller.h"
 
 namespace mocap::label {
@@ -9,7 +12,8 @@ namespace {
 
 // Distance from its prediction within which a track makes a missing label unexplained. If no label of the bone is
 // accepted, or labels of the bone were rejected, the distance is the reach of a limb: half a second is enough for a
-// hand to be half a metre away (decision 0009). Chosen by hand; not yet measured.
+// hand to be half a metre away (decision 0009), and for a shin to point the other way (`reach_m`). Chosen by hand; not
+// yet measured.
 constexpr double kCandidateRadius_m = 0.3;
 constexpr double kLimbReach_m = 0.6;
 // A tentative track of fewer cameras is no candidate: two rays may intersect by chance. Chosen by hand; not yet
@@ -17,6 +21,14 @@ constexpr double kLimbReach_m = 0.6;
 constexpr std::uint32_t kMinCandidateCameras = 3;
 
 }  // namespace
+
+// How far a marker can be from its prediction if the rotation that it observes is unknown.
+double SubjectLabeller::reach_m(std::size_t marker) const {
+  const MarkerOnBone& on = set_.markers[marker];
+  const Bone& bone = set_.skeleton.bones[static_cast<std::size_t>(on.bone)];
+  const double lever_m = kinematics::sits_in_joint(on) ? bone.rest_offset_m.norm() : on.offset_m.norm();
+  return std::max(kLimbReach_m, 2.0 * lever_m);
+}
 
 // Counts, by bone, the labels that are not accepted while an unassigned track is near, and the contested labels.
 void SubjectLabeller::count_unexplained(LabelledTracks& tracks) {
@@ -32,7 +44,7 @@ void SubjectLabeller::count_unexplained(LabelledTracks& tracks) {
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     if (accepted_[m]) continue;
     const auto bone = static_cast<std::size_t>(set_.markers[m].bone);
-    const double radius_m = unreliable_[bone] != 0 || has_no_trusted_label(bone) ? kLimbReach_m : kCandidateRadius_m;
+    const double radius_m = unreliable_[bone] != 0 || has_no_trusted_label(bone) ? reach_m(m) : kCandidateRadius_m;
     const Eigen::Vector3d at = body_.predicted_position(m);
     const bool is_near = std::any_of(unassigned_tracks_.begin(), unassigned_tracks_.end(), [&](int track) {
       return (tracks[track].position.v - at).squaredNorm() < radius_m * radius_m;
@@ -129,10 +141,13 @@ void SubjectLabeller::add_candidates(const LabelledTracks& tracks) {
   nearby_tracks_.clear();
   for (const int track : unassigned_tracks_) {
     const Eigen::Vector3d& at = tracks[track].position.v;
-    double nearest_m2 = kLimbReach_m * kLimbReach_m;
-    for (std::size_t n = 0; n < limb_.label_count(); ++n)
-      nearest_m2 = std::min(nearest_m2, (body_.predicted_position(limb_.marker(n)) - at).squaredNorm());
-    if (nearest_m2 < kLimbReach_m * kLimbReach_m) nearby_tracks_.emplace_back(nearest_m2, track);
+    double nearest_m2 = std::numeric_limits<double>::infinity();
+    for (std::size_t n = 0; n < limb_.label_count(); ++n) {
+      const double off_m2 = (body_.predicted_position(limb_.marker(n)) - at).squaredNorm();
+      const double reach = reach_m(limb_.marker(n));
+      if (off_m2 < reach * reach) nearest_m2 = std::min(nearest_m2, off_m2);
+    }
+    if (std::isfinite(nearest_m2)) nearby_tracks_.emplace_back(nearest_m2, track);
   }
   std::sort(nearby_tracks_.begin(), nearby_tracks_.end());
   for (const auto& [far, track] : nearby_tracks_) (void)add(track);

@@ -208,6 +208,7 @@ class SubjectLabeller {
   bool begin_hypotheses(const LabelledTracks& tracks);
   bool gather_limb(std::size_t seed, const LabelledTracks& tracks);
   bool has_no_trusted_label(std::size_t bone) const;
+  double reach_m(std::size_t marker) const;
   bool add_bone(std::size_t bone);
   void add_candidates(const LabelledTracks& tracks);
   bool is_clutter_candidate(int index, const LabelledTracks& tracks) const;

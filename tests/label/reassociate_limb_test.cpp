@@ -56,6 +56,24 @@ TEST(ReassociateLimb, LabelsAnArmThatReturnsFarFromItsPrediction) {
   for (const std::size_t m : far) EXPECT_TRUE(world.is_correct(m)) << one.set.markers[m].name;
 }
 
+// A knee that bent by 110 degrees while the only marker of the shin was hidden: it returns 0.68 m from its prediction.
+TEST(ReassociateLimb, LabelsAFootAtTheOtherEndOfTheReachOfItsShin) {
+  LabelWorld world;
+  world.add("openmocap18", moving_later({{"LeftLowLeg", {0.0, 1.9, 0.0}}}));
+  world.identify_all();
+  world.step(110);
+  auto& one = world.actor();
+  const std::size_t foot = world.marker("LeftFoot");
+  one.tracks[foot].hidden = true;
+  world.step(70);
+
+  world.reappear(one.tracks[foot]);
+  world.step(20);
+
+  EXPECT_EQ(world.wrong_count(), 0);
+  EXPECT_TRUE(world.is_correct(foot));
+}
+
 // One marker of a forearm that moved while hidden may be any of four.
 TEST(ReassociateLimb, GivesALoneMarkerOfALimbNoWrongLabel) {
   for (const char* name : {"LWristIn", "LWristOut", "LHandIn", "LHandOut"}) {
