@@ -54,6 +54,7 @@ run_skeletons() {
 
 c3d=$data/c3d
 run "Kneel to prone, 62 markers, 240 Hz" "$c3d/aml_kneel_to_prone_240.c3d" --modes "$modes" --marker-set tools/eval/markersets/segments62.toml
+run "The same, bones found by motion" "$c3d/aml_kneel_to_prone_240.c3d" --modes given
 run "Ballet, 41 markers, 30 Hz" "$data/trc/btk_ballet_reduced.trc" --modes "$modes"
 run "Gait, 33 markers, 100 Hz" "$c3d/btk_gait_cammask_100.c3d" --modes "$modes"
 run "OptiTrack, 36 markers, 100 Hz" "$c3d/btk_optitrack36_100.c3d" --modes "$modes"

@@ -52,6 +52,19 @@ TEST(MotionImport, TakesEachMarkerThatIsThereOnce) {
   EXPECT_EQ(import->joints.size(), 1u);
 }
 
+TEST(MotionImport, LeavesOutAMarkerThatIsSeldomSeen) {
+  scene::C3d file = robot({"A1", "A2", "A3", "B1", "B2", "B3"});
+  for (std::size_t f = 0; f < file.frames; ++f) file.samples[6 * f + 5].there = f >= file.frames - 2;
+  for (std::size_t f = file.frames - 2; f < file.frames; ++f) {
+    for (std::size_t m = 0; m < 5; ++m) file.samples[6 * f + m].there = false;
+  }
+
+  const auto import = import_by_motion(file, "robot");
+
+  ASSERT_TRUE(import) << import.error().message;
+  EXPECT_THAT(import->left_out, ElementsAre("B3"));
+}
+
 TEST(MotionImport, OfAFileWithoutMarkersFails) { EXPECT_FALSE(import_by_motion(file_with({"*1"}), "nobody")); }
 
 }  // namespace motion_import_test

@@ -138,6 +138,7 @@ Result<Import> import_by_motion(const SubjectOptions& options, const scene::C3d&
   say("bones and joints are found in the motion: the labels follow no convention, or --by-motion is given");
   auto found = functional::import_by_motion(c3d, options.name);
   if (!found) return found.error();
+  for (const std::string& label : found->left_out) say("marker '{}' is seldom seen with the others; left out", label);
   warn_of_loose_joints(found->joints);
   const fs::path file = options.out / (options.name + ".skeleton.toml");
   std::error_code failed;

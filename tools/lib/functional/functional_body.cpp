@@ -250,8 +250,10 @@ class BodyBuilder {
     bone.name = bone_name(markers, labels_, skeleton.bones);
     bone_of_[segment] = static_cast<int>(skeleton.bones.size());
     skeleton.bones.push_back(std::move(bone));
-    for (std::size_t i = 0; i < markers.size(); ++i)
-      body_.marker_set.markers.push_back({labels_[markers[i]], bone_of_[segment], places_m[i] - joint_m_[segment]});
+    for (std::size_t i = 0; i < markers.size(); ++i) {
+      const Eigen::Vector3d offset_m = places_m[i] - joint_m_[segment];
+      if (offset_m.allFinite()) body_.marker_set.markers.push_back({labels_[markers[i]], bone_of_[segment], offset_m});
+    }
   }
 
   // The places of markers in the frame of a segment, in the first frame that shows most of them.
@@ -298,13 +300,7 @@ Result<FunctionalBody> find_body(const bodyfit::LabelledTake& take, const std::v
   BodyBuilder builder(used, segments, labels);
   builder.add_root(root);
   for (const Edge& edge : rooted(search.tree(), root)) builder.add_joint(edge);
-  FunctionalBody body = std::move(builder).finish(name);
-  if (body.marker_set.skeleton.bones.size() > kMaxBones) {
-    return Error{ErrorCode::InvalidArgument, fmt::format("{} segments, expected at most {}: too few markers keep their "
-                                                         "distances; are the labels right?",
-                                                         body.marker_set.skeleton.bones.size(), kMaxBones)};
-  }
-  return body;
+  return std::move(builder).finish(name);
 }
 
 }  // namespace mocap::functional

@@ -34,9 +34,9 @@ struct FunctionalBody {
 /// Joints turn as far as the take shows, and 30 degrees further. A bone has the name of its first marker, or what the
 /// names of its markers begin or end with.
 ///
-/// At most 4000 frames are used, evenly spread. `labels`: names of the markers of the take, z is up. Fails with
-/// InvalidArgument if no segment has three markers off a line, or if the bounds of a subject (kMaxBones, kMaxLabels)
-/// are exceeded.
+/// At most 4000 frames are used, evenly spread. A marker that is seldom seen with the others is left out. `labels`:
+/// names of the markers of the take, z is up. Fails with InvalidArgument if no segment has three markers off a line, or
+/// if there are more than kMaxLabels markers.
 Result<FunctionalBody> find_body(const bodyfit::LabelledTake& take, const std::vector<std::string>& labels,
                                  const std::string& name, const SegmentSettings& settings = {});
 

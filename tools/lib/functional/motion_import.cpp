@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 
 namespace mocap::functional {
@@ -56,6 +57,9 @@ Result<MotionImport> import_by_motion(const scene::C3d& c3d, const std::string& 
   if (!body) return body.error();
   set = std::move(body->marker_set);
   import.joints = std::move(body->joints);
+  std::ranges::copy_if(labels, std::back_inserter(import.left_out), [&](const std::string& label) {
+    return std::ranges::find(set.markers, label, &MarkerOnBone::name) == set.markers.end();
+  });
   return import;
 }
 
