@@ -25,8 +25,7 @@ struct FindAnyPoseSettings {
   double min_present_fraction = 0.7;
   double min_labelled_fraction = 0.5;  ///< fraction of the markers that must be unambiguous
   /// largest cost of a body, as a fraction of the cost of not detecting any of its markers: with more, the points are
-  /// of another body. Bodies that were there had at most 0.48, with 30 % of real markers hidden; one that was not had
-  /// 0.88 (decision 0005)
+  /// of another body. Bodies that were there had at most 0.50, one that was not had 0.88 (decision 0005)
   double max_cost_fraction = 0.6;
   double max_rms_sigmas = 2.0;     ///< rms distance of the points from the body, in marker sigmas
   double min_cost_margin = 10.0;   ///< log likelihood ratio to any hypothesis with another point for a marker

@@ -91,13 +91,6 @@ const Entry* find(const std::array<Entry, count>& entries, std::string_view labe
   return found == entries.end() ? nullptr : &*found;
 }
 
-bool ever_there(const C3d& c3d, std::size_t point) {
-  for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
-    if (c3d.sample(frame, point).there) return true;
-  }
-  return false;
-}
-
 // Rotation from the file's axes to z up: the identity, or the rotation of y to z if the markers are spread more along
 // y.
 Eigen::Matrix3d upright(const C3d& c3d, const std::vector<int>& points) {
@@ -123,6 +116,13 @@ Eigen::Matrix3d upright(const C3d& c3d, const std::vector<int>& points) {
 }
 
 }  // namespace
+
+bool ever_there(const C3d& c3d, std::size_t point) {
+  for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
+    if (c3d.sample(frame, point).there) return true;
+  }
+  return false;
+}
 
 std::string_view without_subject(std::string_view label) { return label.substr(label.rfind(':') + 1); }
 

@@ -27,6 +27,9 @@ std::optional<KnownMarker> known_marker(std::string_view label);
 /// A label without the name of the subject: LASI of "Anna:LASI".
 std::string_view without_subject(std::string_view label);
 
+/// Whether any frame of a file has a point.
+bool ever_there(const C3d& c3d, std::size_t point);
+
 /// A marker set made from the labels of a C3D file.
 struct ImportedMarkerSet {
   MarkerSet marker_set;              ///< markers in the order of the file, labels without the subject

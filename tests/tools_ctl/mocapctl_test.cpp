@@ -105,6 +105,7 @@ TEST(Mocapctl, ImportsASubjectWhoseLabelsFollowNoConventionByItsMotion) {
 TEST(Mocapctl, ReportsInvalidInput) {
   EXPECT_EQ(run("").exit, 64);
   EXPECT_EQ(run("subject fit --marker-set x --out y").exit, 64);
+  EXPECT_EQ(run("subject import x.c3d --name n --out y --by-motion --skeleton z").exit, 64);
   const Ended missing = run("subject import nothing.c3d --name n --out /tmp --skeleton " +
                             support::quoted(kConfig / "skeletons/human18.toml"));
   EXPECT_EQ(missing.exit, 65);

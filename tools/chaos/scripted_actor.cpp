@@ -47,7 +47,8 @@ class ScriptedActor final : public scene::Actor {
     return pose;
   }
 
-  // 0: stands, 1: lies. Who is to lie down while lying down or standing up goes on from there without a jump.
+  // 0: the person stands, 1: the person lies. If two faults overlap, the one that lays the person lower counts, so that
+  // the height has no step.
   double lying_at(double t_s) const {
     double lying = 0.0;
     for (const Fault& lies : faults_) {

@@ -221,6 +221,10 @@ void add_draw(cli::App& subject, SubjectOptions& options) {
 }  // namespace
 
 int run_import(const SubjectOptions& options) {
+  if (options.by_motion && !options.skeleton.empty()) {
+    say("--by-motion makes a skeleton of its own; expected either --by-motion or --skeleton");
+    return kExitUsage;
+  }
   const auto c3d = read_c3d(options.file);
   if (!c3d) return exit_of(c3d.error());
   const bool by_motion = options.by_motion || (options.skeleton.empty() && functional::has_own_labels(*c3d));

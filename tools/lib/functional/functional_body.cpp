@@ -43,7 +43,8 @@ bodyfit::LabelledTake thinned(const bodyfit::LabelledTake& take) {
   return thin;
 }
 
-std::size_t fullest_frame(const bodyfit::LabelledTake& take) {
+// The frame that shows most markers.
+std::size_t choose_reference(const bodyfit::LabelledTake& take) {
   std::size_t fullest = 0;
   std::ptrdiff_t most = -1;
   for (std::size_t f = 0; f < take.frames(); ++f) {
@@ -61,7 +62,7 @@ std::size_t fullest_frame(const bodyfit::LabelledTake& take) {
 class TreeSearch {
  public:
   TreeSearch(const bodyfit::LabelledTake& take, const SegmentSettings& settings)
-      : take_(take), reference_(fullest_frame(take)) {
+      : take_(take), reference_(choose_reference(take)) {
     for (const Segment& segment : find_rigid_segments(take, settings))
       segments_.push_back(track_segment(take, segment, reference_));
   }

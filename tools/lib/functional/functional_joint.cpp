@@ -48,8 +48,7 @@ NearestMarkers nearest_markers(const bodyfit::LabelledTake& take, const SegmentM
   return nearest;
 }
 
-// The mean of a marker's places in the frame of another segment; its place in the first frame that shows both, if that
-// is all there is.
+// The mean of a marker's places in the frame of another segment; zero if no frame shows both.
 Eigen::Vector3d mean_in(const bodyfit::LabelledTake& take, const SegmentMotion& segment, std::size_t marker) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0.0;

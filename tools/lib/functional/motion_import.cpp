@@ -8,13 +8,6 @@
 namespace mocap::functional {
 namespace {
 
-bool is_ever_there(const scene::C3d& c3d, std::size_t point) {
-  for (std::size_t frame = 0; frame < c3d.frames; ++frame) {
-    if (c3d.sample(frame, point).there) return true;
-  }
-  return false;
-}
-
 // The markers of a file by name, without those that occur twice or are never there.
 scene::ImportedMarkerSet list_markers(const scene::C3d& c3d) {
   scene::ImportedMarkerSet listed;
@@ -26,7 +19,7 @@ scene::ImportedMarkerSet list_markers(const scene::C3d& c3d) {
     const std::string label(scene::without_subject(c3d.labels[i]));
     if (std::ranges::find(listed.marker_set.markers, label, &MarkerOnBone::name) != listed.marker_set.markers.end()) {
       listed.twice.push_back(c3d.labels[i]);
-    } else if (!is_ever_there(c3d, i)) {
+    } else if (!scene::ever_there(c3d, i)) {
       ++listed.never_seen;
     } else {
       listed.marker_set.markers.push_back({label, 0, Eigen::Vector3d::Zero(), {}});
