@@ -30,7 +30,7 @@ void AnyPoseFinder::archive(Archive& members) {
 void AnyPoseFinder::resume_search() {
   const Root& root = roots_[root_];
   begin_search();
-  search_.start(root.bone, stage_ < Stage::ReopenLimb ? root.plan : root.limbs[limb_]);
+  search_.start(root.bone, stage_ < Stage::ReopenLimb ? root.plan : reopened_limb());
 }
 
 // Whether the members that were read refer to existing points, hypotheses and bones.
@@ -44,7 +44,8 @@ bool AnyPoseFinder::has_valid_indices() const {
       rejected_count_ > rejected_differences_.size())
     return false;
   if (stage_ == Stage::Fit) return next_ < fits_ && std::ranges::all_of(std::span(fitted_).first(fits_), has_points);
-  return stage_ == Stage::Search || (limb_ < roots_[root_].limbs.size() && has_points(best_));
+  const Root& root = roots_[root_];
+  return stage_ == Stage::Search || (limb_ < root.limbs.size() + root.single_limbs && has_points(best_));
 }
 
 }  // namespace mocap::identify

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/expects.h"
+#include "identify/detection_cost.h"
 #include "kinematics/kinematic_tree.h"
 
 namespace mocap::identify {
@@ -11,11 +12,12 @@ namespace {
 constexpr std::size_t kMaxRoots = 4;
 // Hypotheses of the search that are fitted as a whole body.
 constexpr std::size_t kMaxFits = 4;
-// Alternatives of the limbs of one bone that are fitted, and the largest excess of their search cost over the best.
+// Alternatives of a limb that are fitted, and the largest excess of their search cost over the best.
 constexpr std::size_t kMaxAlternatives = 8;
-constexpr double kAlternativeCostMargin = 12.0;
+constexpr double kAlternativeCostMargin = kMissedDetectionCost;
 // How often an alternative may replace the best hypothesis.
 constexpr std::size_t kMaxImprovements = 6;
+constexpr std::size_t kMaxRejectedDifferences = 64;
 // The clutter density is the number of points divided by this volume. The extent of the points themselves is no
 // measure: a few distant points would make the density near the body too small.
 constexpr double kClutterVolume_m3 = 4.0;
@@ -38,7 +40,7 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   const std::size_t bones = set.skeleton.bones.size(), markers = set.markers.size();
   MOCAP_EXPECTS(markers <= kMaxLabels && bones <= kMaxBones);
   for (std::size_t b = 0; b < bones; ++b) {
-    if (search_.shapes().determines_rotation(b)) roots_.push_back({static_cast<int>(b), {}, {}});
+    if (search_.shapes().determines_rotation(b)) roots_.push_back({static_cast<int>(b), {}, {}, 0, {}});
   }
   // Bones with more markers (up to 4) have fewer false proposals; then bones with more joints come first.
   const auto rank = [&](const Root& root) {
@@ -49,7 +51,7 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   if (roots_.size() > kMaxRoots) roots_.resize(kMaxRoots);
   for (Root& root : roots_) {
     root.plan = search_.plan_from(root.bone);
-    root.limbs = limbs_of(root.bone, root.plan);
+    find_limbs(root);
   }
   Fitted fitted;
   fitted.hypothesis.point_of_marker.assign(markers, -1);
@@ -58,9 +60,10 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   fitted.locals.resize(bones);
   fitted_.assign(kMaxFits, fitted);
   best_ = alternative_ = fitted;
+  reassigned_ = fitted;
   without_limb_ = fitted.hypothesis;
   difference_.reserve(markers);
-  rejected_differences_.resize(kMaxAlternatives);
+  rejected_differences_.resize(kMaxRejectedDifferences);
   for (Difference& difference : rejected_differences_) difference.reserve(markers);
   is_ambiguous_.resize(markers);
   seen_.reserve(markers);
@@ -68,35 +71,39 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   locals_.resize(bones);
 }
 
-// Collects the chains from each end of the tree up to the root of the search or to a bone with two attached bones.
-// Chains attached to one bone form one plan.
-std::vector<SearchPlan> AnyPoseFinder::limbs_of(int root, const SearchPlan& plan) const {
+// A limb is a chain from an end of the tree up to the root of the search or to a bone with two attached bones. One limb
+// alone has the fewest alternatives; limbs that are attached to one bone may have exchanged their points.
+void AnyPoseFinder::find_limbs(Root& root) const {
   const auto count_attached = [&](int bone) {
-    return std::count_if(plan.begin(), plan.end(), [&](const SearchStep& next) { return next.from == bone; });
+    return std::ranges::count_if(root.plan, [&](const SearchStep& next) { return next.from == bone; });
   };
-  const auto entry_of = [&](int bone) {
-    return std::find_if(plan.begin(), plan.end(), [&](const SearchStep& next) { return next.bone == bone; });
-  };
-  std::vector<std::pair<int, SearchPlan>> limbs;
-  for (const SearchStep& end : plan) {
+  root.limb_of_marker.assign(set_.markers.size(), root.plan.size());  // of no limb
+  std::vector<std::pair<int, SearchPlan>> attached;                   // by bone
+  for (const SearchStep& end : root.plan) {
     if (count_attached(end.bone) > 0) continue;
-    SearchPlan chain;
+    SearchPlan limb;
     int on = end.bone;
-    while (on != root && count_attached(on) < 2) {
-      const SearchStep& entry = *entry_of(on);
-      chain.insert(chain.begin(), entry);
+    while (on != root.bone && count_attached(on) < 2) {
+      const SearchStep& entry = *std::ranges::find(root.plan, on, &SearchStep::bone);
+      limb.insert(limb.begin(), entry);
       on = entry.from;
     }
-    const auto known = std::find_if(limbs.begin(), limbs.end(), [&](const auto& limb) { return limb.first == on; });
-    if (known == limbs.end()) {
-      limbs.emplace_back(on, chain);
+    for (const SearchStep& next : limb) {
+      for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
+        if ((point.position_m - next.joint_in_bone_m).norm() < kinematics::kInJoint_m) continue;
+        root.limb_of_marker[static_cast<std::size_t>(point.marker)] = root.limbs.size();
+      }
+    }
+    root.limbs.push_back(limb);
+    const auto known = std::ranges::find(attached, on, &std::pair<int, SearchPlan>::first);
+    if (known == attached.end()) {
+      attached.emplace_back(on, limb);
     } else {
-      known->second.insert(known->second.end(), chain.begin(), chain.end());
+      known->second.insert(known->second.end(), limb.begin(), limb.end());
     }
   }
-  std::vector<SearchPlan> plans;
-  for (auto& limb : limbs) plans.push_back(std::move(limb.second));
-  return plans;
+  root.single_limbs = root.limbs.size();
+  for (auto& [on, limbs] : attached) root.limbs.push_back(std::move(limbs));
 }
 
 void AnyPoseFinder::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
@@ -198,18 +205,23 @@ void AnyPoseFinder::select_best() {
     advance_root();
     return;
   }
-  best_ = *best;
-  margin_ = 1e9;
-  std::fill(is_ambiguous_.begin(), is_ambiguous_.end(), false);
-  for (auto other = fitted_.begin(); other != end; ++other) {
-    if (other == best || count_differences(other->point_of_marker, best->point_of_marker) == 0) continue;
-    margin_ = std::min(margin_, other->cost - best->cost);
-    (void)find_differences(other->point_of_marker);
-    if (other->cost < best->cost + settings_.min_cost_margin) mark_ambiguous();
-  }
-  limb_ = 0;
   improvements_ = 0;
+  margin_ = 1e9;
+  set_best(*best);
+  for (auto other = fitted_.begin(); other != end; ++other) {
+    if (other == best || count_differences(other->point_of_marker, best_.point_of_marker) == 0) continue;
+    margin_ = std::min(margin_, other->cost - best_.cost);
+    (void)find_differences(other->point_of_marker);
+    if (other->cost < best_.cost + settings_.min_cost_margin) mark_ambiguous();
+  }
   reopen_limb();
+}
+
+// Makes this the best hypothesis, whose limbs are all to be searched again.
+void AnyPoseFinder::set_best(Fitted& best) {
+  std::swap(best_, best);
+  std::fill(is_ambiguous_.begin(), is_ambiguous_.end(), false);
+  limb_ = rejected_count_ = 0;
 }
 
 // Starts the search from the next root; after the last root, the coarse round.
@@ -224,15 +236,24 @@ void AnyPoseFinder::advance_root() {
   }
 }
 
-// Starts the search of the limbs attached to one bone, from the joints of the fitted body; all other bones stay.
+const SearchPlan& AnyPoseFinder::reopened_limb() const {
+  const std::vector<SearchPlan>& limbs = roots_[root_].limbs;
+  return limbs[limb_ % limbs.size()];
+}
+
+bool AnyPoseFinder::may_take_points() const { return limb_ >= roots_[root_].limbs.size(); }
+
+// Starts the search of a limb from the joints of the fitted body; all other bones stay.
 void AnyPoseFinder::reopen_limb() {
-  if (limb_ >= roots_[root_].limbs.size()) {
+  const std::size_t end = roots_[root_].limbs.size() + roots_[root_].single_limbs;
+  while (limb_ < end && may_take_points() && !misses_a_marker(reopened_limb())) ++limb_;
+  if (limb_ >= end) {
     describe();
     return;
   }
   without_limb_ = best_.hypothesis;
   without_limb_.cost = 0.0;
-  for (const SearchStep& next : roots_[root_].limbs[limb_]) {
+  for (const SearchStep& next : reopened_limb()) {
     for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
       // A marker in the joint is also a marker of the neighbour, which stays.
       if ((point.position_m - next.joint_in_bone_m).norm() < kinematics::kInJoint_m) continue;
@@ -241,15 +262,48 @@ void AnyPoseFinder::reopen_limb() {
   }
   without_limb_.used.reset();
   for (const int p : without_limb_.point_of_marker) {
-    if (p >= 0) without_limb_.used.set(static_cast<std::size_t>(p));
+    if (p >= 0 && !may_take_points()) without_limb_.used.set(static_cast<std::size_t>(p));
   }
-  search_.start(without_limb_, roots_[root_].limbs[limb_]);
+  search_.start(without_limb_, reopened_limb());
   stage_ = Stage::ReopenLimb;
+}
+
+// Whether a marker of the limb has no point in the best hypothesis.
+bool AnyPoseFinder::misses_a_marker(const SearchPlan& limb) const {
+  return std::ranges::any_of(limb, [&](const SearchStep& next) {
+    const std::vector<kinematics::ShapePoint>& points = search_.shapes().of(static_cast<std::size_t>(next.bone)).points;
+    return std::ranges::any_of(points, [&](const kinematics::ShapePoint& point) {
+      return best_.hypothesis.point_of_marker[static_cast<std::size_t>(point.marker)] < 0;
+    });
+  });
+}
+
+// Takes each point that the alternative gives to a second marker away from the first, which has it in the best
+// hypothesis.
+void AnyPoseFinder::take_points(std::vector<int>& alternative) const {
+  for (std::size_t m = 0; m < alternative.size(); ++m) {
+    const int p = alternative[m];
+    if (p >= 0 && p == best_.hypothesis.point_of_marker[m] && std::ranges::count(alternative, p) > 1)
+      alternative[m] = -1;
+  }
+}
+
+// Whether the alternative gives a point to a marker of another limb than the best hypothesis does.
+bool AnyPoseFinder::exchanges_points(std::span<const int> alternative) const {
+  const std::vector<int>& best = best_.hypothesis.point_of_marker;
+  const std::vector<std::size_t>& limb_of = roots_[root_].limb_of_marker;
+  for (std::size_t m = 0; m < best.size(); ++m) {
+    if (best[m] < 0 || alternative[m] == best[m]) continue;
+    const auto now = std::ranges::find(alternative, best[m]);
+    if (now != alternative.end() && limb_of[static_cast<std::size_t>(now - alternative.begin())] != limb_of[m])
+      return true;
+  }
+  return false;
 }
 
 void AnyPoseFinder::begin_alternatives() {
   stage_ = Stage::Alternatives;
-  next_ = tried_alternatives_ = rejected_count_ = 0;
+  next_ = tried_alternatives_ = 0;
   best_cost_ = search_.hypotheses().empty() ? 0.0 : search_.hypotheses().front().cost;
   for (const BodyPoseHypothesis& hypothesis : search_.hypotheses()) {
     if (hypothesis.point_of_marker == best_.hypothesis.point_of_marker) best_cost_ = hypothesis.cost;
@@ -290,28 +344,28 @@ void AnyPoseFinder::evaluate_alternative() {
     reopen_limb();
     return;
   }
-  const BodyPoseHypothesis& alternative = hypotheses[next_++];
-  const bool other = find_differences(alternative.point_of_marker);
+  alternative_.hypothesis = hypotheses[next_++];
+  if (may_take_points()) take_points(alternative_.hypothesis.point_of_marker);
+  // Other changes of a limb are among the alternatives of that limb alone.
+  if (limb_ >= roots_[root_].single_limbs && !exchanges_points(alternative_.hypothesis.point_of_marker)) return;
+  const bool other = find_differences(alternative_.hypothesis.point_of_marker);
   if (difference_.empty() || is_rejected()) return;
   if (!other || tried_alternatives_ >= kMaxAlternatives) {
-    if (alternative.cost < best_cost_ + (other ? settings_.min_cost_margin : settings_.min_hidden_margin))
-      mark_ambiguous();
+    const double margin = other ? settings_.min_cost_margin : settings_.min_hidden_margin;
+    if (!may_take_points() && alternative_.hypothesis.cost < best_cost_ + margin) mark_ambiguous();
     return;
   }
   ++tried_alternatives_;
-  alternative_.hypothesis = alternative;
   fit(alternative_);
   const bool same = alternative_.point_of_marker == best_.point_of_marker;
   if (!same && alternative_.cost < best_.cost && is_acceptable(alternative_) && improvements_ < kMaxImprovements) {
     ++improvements_;
-    std::swap(best_, alternative_);
-    limb_ = 0;
-    std::fill(is_ambiguous_.begin(), is_ambiguous_.end(), false);
+    set_best(alternative_);
     reopen_limb();
   } else if (same || alternative_.cost > best_.cost + settings_.min_cost_margin) {
     if (rejected_count_ < rejected_differences_.size()) rejected_differences_[rejected_count_++] = difference_;
     if (!same) margin_ = std::min(margin_, alternative_.cost - best_.cost);
-  } else {
+  } else if (!may_take_points()) {
     margin_ = std::min(margin_, alternative_.cost - best_.cost);
     mark_ambiguous();
   }

@@ -27,8 +27,9 @@ struct FindAnyPoseSettings {
   /// largest cost of a body, as a fraction of the cost of not detecting any of its markers: with more, the points are
   /// of another body. Bodies that were there had at most 0.50, one that was not had 0.88 (decision 0005)
   double max_cost_fraction = 0.6;
-  double max_rms_sigmas = 2.0;     ///< rms distance of the points from the body, in marker sigmas
-  double min_cost_margin = 10.0;   ///< log likelihood ratio to any hypothesis with another point for a marker
+  double max_rms_sigmas = 2.0;  ///< rms distance of the points from the body, in marker sigmas
+  /// log likelihood ratio to any hypothesis with another point for a marker; less than a missed detection costs
+  double min_cost_margin = 7.0;
   double min_hidden_margin = 5.0;  ///< the same if the marker is not detected and its point is clutter
 };
 
@@ -53,8 +54,10 @@ struct FoundPose {
 /// 2. A beam search (BodyPoseSearch) places the other bones outward along the tree, each on points at the right
 ///    distances from its joint and from each other, or without any detection.
 /// 3. A fit of the whole body with its joint ranges ranks the best hypotheses.
-/// 4. Each limb of the best hypothesis is searched again from its fitted joints. A better alternative replaces the
-///    best; an alternative of similar cost makes the markers ambiguous in which it differs.
+/// 4. Each limb of the best hypothesis is searched again from its fitted joints: alone, with the limbs that are
+/// attached
+///    to the same bone, and, if one of its markers has no point, on the points of all markers (decision 0006). A better
+///    alternative replaces the best; an alternative of similar cost makes the markers ambiguous in which it differs.
 ///
 /// A marker gets a point only if all hypotheses of similar likelihood agree. Nothing is found if too few markers have
 /// a point.
@@ -103,21 +106,26 @@ class AnyPoseFinder {
   struct Root {
     int bone = 0;
     SearchPlan plan;
-    std::vector<SearchPlan> limbs;  // one plan for all limbs attached to one bone
+    std::vector<SearchPlan> limbs;  // one limb each, then all limbs that are attached to one bone
+    std::size_t single_limbs = 0;   // number of the former
+    std::vector<std::size_t> limb_of_marker;
   };
-  /// A hypothesis and the fit of the whole body to it.
-  struct Fitted {
-    BodyPoseHypothesis hypothesis;
+  /// The fit of the whole body to points.
+  struct BodyFit {
     double cost = 0.0, rms_m = 0.0;
     int matched = 0;
     std::vector<int> point_of_marker;
     std::vector<Pose> locals;
+  };
+  /// A hypothesis and the fit to its points, or to points near the body that fit as well.
+  struct Fitted : BodyFit {
+    BodyPoseHypothesis hypothesis;
 
     void archive(Archive& members) { members(hypothesis, cost, rms_m, matched, point_of_marker, locals); }
   };
   using Difference = std::vector<std::pair<int, int>>;  // marker, point
 
-  std::vector<SearchPlan> limbs_of(int root, const SearchPlan& plan) const;
+  void find_limbs(Root& root) const;
   void refit_search();
   void begin_search();
   void resume_search();
@@ -129,9 +137,15 @@ class AnyPoseFinder {
   void advance_root();
   bool is_acceptable(const Fitted& one) const;
   void fit(Fitted& into);
-  void solve(Fitted& into, int iterations);
-  void assign(Fitted& into);
+  void solve(BodyFit& into);
+  void assign(std::vector<int>& point_of_marker);
+  void set_best(Fitted& best);
+  const SearchPlan& reopened_limb() const;
+  bool may_take_points() const;
   void reopen_limb();
+  bool misses_a_marker(const SearchPlan& limb) const;
+  void take_points(std::vector<int>& alternative) const;
+  bool exchanges_points(std::span<const int> alternative) const;
   void begin_alternatives();
   void evaluate_alternative();
   bool find_differences(std::span<const int> alternative);
@@ -150,15 +164,17 @@ class AnyPoseFinder {
   Stage stage_ = Stage::Idle;
   BodyUncertainty uncertainty_;
   bool is_coarse_ = false;  // second round
-  std::size_t root_ = 0, next_ = 0, limb_ = 0;
+  std::size_t root_ = 0, next_ = 0;
+  std::size_t limb_ = 0;  // of the limbs of the root, and then of its single limbs once more
   std::size_t work_at_begin_ = 0, fit_work_ = 0;
   std::vector<Fitted> fitted_;  // hypotheses of the whole body; the first fits_ are valid
   std::size_t fits_ = 0;
   Fitted best_, alternative_;
+  BodyFit reassigned_;               // to the points near the body
   BodyPoseHypothesis without_limb_;  // the best hypothesis without the limbs that are searched again
   double best_cost_ = 0.0;
   Difference difference_;
-  std::vector<Difference> rejected_differences_;  // each made an alternative of this limb much worse
+  std::vector<Difference> rejected_differences_;  // each made an alternative to the best hypothesis much worse
   std::size_t rejected_count_ = 0, tried_alternatives_ = 0, improvements_ = 0;
   std::vector<bool> is_ambiguous_;  // by marker
   double margin_ = 0.0;

@@ -1,6 +1,7 @@
 // AnyPoseFinder, continued: the fit of the whole body to one hypothesis.
 
 #include <algorithm>
+#include <utility>
 
 #include "identify/any_pose_finder.h"
 #include "identify/detection_cost.h"
@@ -12,15 +13,14 @@ namespace {
 // Largest distance between a marker of the fitted body and its point; scale of the robust cost of the fit.
 constexpr double kAssignmentGate_m = 0.04;
 constexpr double kFitOutlier_m = 0.05;
-// Iterations of the fit before and after the points are assigned anew.
-constexpr int kFirstIterations = 10;
-constexpr int kSecondIterations = 5;
+// End of a fit: the costs of hypotheses that are compared differ by much more than a millimetre changes.
+constexpr kinematics::PoseFitEnd kFitEnd{.max_iterations = 10, .small_step = 1e-3};
 // Work of one iteration of the fit of the whole body, in bone fits.
 constexpr std::size_t kIterationWork = 25;
 
 }  // namespace
 
-void AnyPoseFinder::assign(Fitted& into) {
+void AnyPoseFinder::assign(std::vector<int>& point_of_marker) {
   pairs_.clear();
   constexpr double kGate2 = kAssignmentGate_m * kAssignmentGate_m;
   for (std::size_t m = 0; m < set_.markers.size(); ++m) {
@@ -32,10 +32,11 @@ void AnyPoseFinder::assign(Fitted& into) {
   }
   const auto columns = assigner_.assign(set_.markers.size(), cloud_.size(), pairs_, kGate2);
   for (std::size_t m = 0; m < set_.markers.size(); ++m)
-    into.point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
+    point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
 }
 
-void AnyPoseFinder::solve(Fitted& into, int iterations) {
+// Fits the body to its points, from the pose of `fit_`.
+void AnyPoseFinder::solve(BodyFit& into) {
   seen_.clear();
   for (std::size_t m = 0; m < into.point_of_marker.size(); ++m) {
     const int p = into.point_of_marker[m];
@@ -46,11 +47,12 @@ void AnyPoseFinder::solve(Fitted& into, int iterations) {
   prior.rest_range_fraction = kinematics::kRestRangeFraction;
   prior.limit_sigma_rad = kinematics::kRangeSigma_rad;
   prior.outlier_m = kFitOutlier_m;
-  const kinematics::PoseFitResult result = fit_.solve(seen_, prior, iterations);
+  const kinematics::PoseFitResult result = fit_.solve(seen_, prior, kFitEnd);
   fit_work_ += kIterationWork * static_cast<std::size_t>(result.iterations);
   into.cost = result.cost + kMissedDetectionCost * static_cast<double>(set_.markers.size() - seen_.size());
   into.rms_m = result.rms_m;
   into.matched = static_cast<int>(seen_.size());
+  std::ranges::copy(fit_.locals(), into.locals.begin());
 }
 
 // Fits the body to the points of the hypothesis, and then to the points that are nearest to the fitted markers: the
@@ -60,15 +62,13 @@ void AnyPoseFinder::fit(Fitted& into) {
   pose::to_local_poses(set_.skeleton, into.hypothesis.bones, locals_);
   fit_.set_locals(locals_);
   into.point_of_marker = into.hypothesis.point_of_marker;
-  solve(into, kFirstIterations);
-  const double searched_cost = into.cost;
-  assign(into);
-  solve(into, kSecondIterations);
-  if (into.cost > searched_cost) {
-    into.point_of_marker = into.hypothesis.point_of_marker;
-    solve(into, kSecondIterations);
+  solve(into);
+  assign(reassigned_.point_of_marker);
+  if (reassigned_.point_of_marker != into.point_of_marker) {
+    solve(reassigned_);
+    if (reassigned_.cost <= into.cost) std::swap<BodyFit>(into, reassigned_);
+    fit_.set_locals(into.locals);
   }
-  std::copy(fit_.locals().begin(), fit_.locals().end(), into.locals.begin());
   // A later search of a limb starts from the joints of the fitted body.
   for (std::size_t b = 0; b < locals_.size(); ++b) into.hypothesis.bones[b].world = fit_.world()[b];
 }

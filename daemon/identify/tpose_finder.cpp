@@ -298,7 +298,9 @@ TPoseOutcome TPoseFinder::judge(const Hypothesis& best, double margin) const {
   if (best.matched < settings_.min_marker_fraction * static_cast<double>(model_.size())) {
     return TPoseOutcome::TooFewMatched;
   }
-  if (best.rms_m > settings_.max_rms_m) return TPoseOutcome::TooInexact;
+  const double missed_cost = kMissedDetectionCost * static_cast<double>(static_cast<int>(model_.size()) - best.matched);
+  const double max_cost = settings_.max_cost_fraction * kMissedDetectionCost * best.matched;
+  if (best.rms_m > settings_.max_rms_m || best.cost - missed_cost > max_cost) return TPoseOutcome::TooInexact;
   const bool is_ambiguous = best.sides_swapped || margin < settings_.min_margin || margin < 0.25 * best.cost;
   return is_ambiguous ? TPoseOutcome::Ambiguous : TPoseOutcome::Found;
 }

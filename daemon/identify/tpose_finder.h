@@ -21,8 +21,11 @@ struct FindSettings {
   double max_scale = 1.25;
   double min_marker_fraction = 0.85;  ///< fraction of the markers that must have a point
   double max_rms_m = 0.02;            ///< of the points from the markers of the fitted body
-  double min_margin = 8.0;            ///< log likelihood ratio of the best to the next best hypothesis
-  double max_joint_angle_rad = 3.2;   ///< largest rotation of a joint from the rest pose; 3.2: no limit
+  /// largest cost of the markers with a point, as a fraction of the cost of not detecting them: with more, the points
+  /// are of another body. Bodies that were there had at most 0.21, others at least 0.50 (decision 0005)
+  double max_cost_fraction = 0.4;
+  double min_margin = 8.0;           ///< log likelihood ratio of the best to the next best hypothesis
+  double max_joint_angle_rad = 3.2;  ///< largest rotation of a joint from the rest pose; 3.2: no limit
 };
 
 /// An identified body and its fitted dimensions.
@@ -40,7 +43,7 @@ enum class TPoseOutcome {
   TooFewPoints,  ///< fewer points than markers are needed
   NoPlacement,   ///< no pair of points is as far apart as hands or elbows
   TooFewMatched,
-  TooInexact,  ///< the rms distance of the points from the fitted body is too large
+  TooInexact,  ///< the points are too far from the fitted body, or it is hardly likelier than no body
   Ambiguous,   ///< another assignment fits about as well, or the asymmetric pairs are exchanged
   BentJoints,  ///< joints deviate too much from the pose
   Found,

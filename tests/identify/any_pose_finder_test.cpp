@@ -101,6 +101,27 @@ TEST_P(FindsAnyPose, AmongGhostsWithMarkersMissing) {
   EXPECT_GE(right, found_bodies * static_cast<int>(person(GetParam()).markers.size()) * 11 / 20);
 }
 
+// A beam search loses the right points of a limb among the alternatives of another limb; the search of single limbs
+// finds them again.
+TEST_P(FindsAnyPose, WithAFifthOfTheMarkersMissing) {
+  std::mt19937 random(3);
+  int found_bodies = 0, wrong_bodies = 0;
+  constexpr int kTrials = 60;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const MarkerSet set = random_body(GetParam(), random);
+    AnyPoseFinder finder(set, {});
+    const Cloud cloud = random_cloud(set, static_cast<int>(set.markers.size() / 5), trial % 3, random);
+
+    const auto& found = finder.find(cloud.points);
+
+    if (!found) continue;
+    ++found_bodies;
+    wrong_bodies += count_labels(*found, cloud).wrong > 0 ? 1 : 0;
+  }
+  EXPECT_GE(found_bodies, 57);
+  EXPECT_LE(wrong_bodies, 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(ShippedSets, FindsAnyPose, ::testing::Values("openmocap18", "baseline41", "pluginGait39"),
                          [](const auto& set) { return std::string(set.param); });
 

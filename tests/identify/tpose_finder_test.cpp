@@ -132,6 +132,19 @@ TEST(TPoseFinder, FindsNothingInRandomPoints) {
   }
 }
 
+TEST(TPoseFinder, FindsNoSmallBodyAmongTheMarkersOfALargerSet) {
+  TPoseFinder finder(person("openmocap18"), {}, 160);
+  std::mt19937 random(77);
+  for (const char* worn : {"pluginGait39", "baseline41", "baseline61"}) {
+    const MarkerSet model = person(worn);
+    for (int trial = 0; trial < 40; ++trial) {
+      const Cloud cloud = random_cloud(model, -3.1 + 0.155 * trial, trial % 3, trial % 4, random);
+
+      EXPECT_FALSE(finder.find(cloud.points)) << worn << " " << trial;
+    }
+  }
+}
+
 TEST(TPoseFinder, FindsNoCompleteMirrorImageOfAnAsymmetricMarkerSet) {
   const MarkerSet model = person("baseline41");
   TPoseFinder finder(model, {}, 128);
