@@ -71,6 +71,17 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   locals_.resize(bones);
 }
 
+// Calls `visit` with each marker of these limbs. A marker in the joint of a bone is one of the neighbour, which stays.
+template <typename Visit>
+void AnyPoseFinder::visit_markers(const SearchPlan& limbs, Visit visit) const {
+  for (const SearchStep& next : limbs) {
+    for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
+      if ((point.position_m - next.joint_in_bone_m).norm() < kinematics::kInJoint_m) continue;
+      visit(static_cast<std::size_t>(point.marker));
+    }
+  }
+}
+
 // A limb is a chain from an end of the tree up to the root of the search or to a bone with two attached bones. One limb
 // alone has the fewest alternatives; limbs that are attached to one bone may have exchanged their points.
 void AnyPoseFinder::find_limbs(Root& root) const {
@@ -88,12 +99,7 @@ void AnyPoseFinder::find_limbs(Root& root) const {
       limb.insert(limb.begin(), entry);
       on = entry.from;
     }
-    for (const SearchStep& next : limb) {
-      for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
-        if ((point.position_m - next.joint_in_bone_m).norm() < kinematics::kInJoint_m) continue;
-        root.limb_of_marker[static_cast<std::size_t>(point.marker)] = root.limbs.size();
-      }
-    }
+    visit_markers(limb, [&](std::size_t marker) { root.limb_of_marker[marker] = root.limbs.size(); });
     root.limbs.push_back(limb);
     const auto known = std::ranges::find(attached, on, &std::pair<int, SearchPlan>::first);
     if (known == attached.end()) {
@@ -253,13 +259,7 @@ void AnyPoseFinder::reopen_limb() {
   }
   without_limb_ = best_.hypothesis;
   without_limb_.cost = 0.0;
-  for (const SearchStep& next : reopened_limb()) {
-    for (const kinematics::ShapePoint& point : search_.shapes().of(static_cast<std::size_t>(next.bone)).points) {
-      // A marker in the joint is also a marker of the neighbour, which stays.
-      if ((point.position_m - next.joint_in_bone_m).norm() < kinematics::kInJoint_m) continue;
-      without_limb_.point_of_marker[static_cast<std::size_t>(point.marker)] = -1;
-    }
-  }
+  visit_markers(reopened_limb(), [&](std::size_t marker) { without_limb_.point_of_marker[marker] = -1; });
   without_limb_.used.reset();
   for (const int p : without_limb_.point_of_marker) {
     if (p >= 0 && !may_take_points()) without_limb_.used.set(static_cast<std::size_t>(p));

@@ -54,10 +54,10 @@ struct FoundPose {
 /// 2. A beam search (BodyPoseSearch) places the other bones outward along the tree, each on points at the right
 ///    distances from its joint and from each other, or without any detection.
 /// 3. A fit of the whole body with its joint ranges ranks the best hypotheses.
-/// 4. Each limb of the best hypothesis is searched again from its fitted joints: alone, with the limbs that are
-/// attached
-///    to the same bone, and, if one of its markers has no point, on the points of all markers (decision 0006). A better
-///    alternative replaces the best; an alternative of similar cost makes the markers ambiguous in which it differs.
+/// 4. Each limb of the best hypothesis is searched again from its fitted joints: alone, then with the limbs that are
+///    attached to the same bone, and on the points of all markers if one of its own has none (decision 0006). A better
+///    alternative replaces the best. One of similar cost makes the markers ambiguous in which it differs, unless it
+///    takes a point from another limb.
 ///
 /// A marker gets a point only if all hypotheses of similar likelihood agree. Nothing is found if too few markers have
 /// a point.
@@ -125,6 +125,8 @@ class AnyPoseFinder {
   };
   using Difference = std::vector<std::pair<int, int>>;  // marker, point
 
+  template <typename Visit>
+  void visit_markers(const SearchPlan& limbs, Visit visit) const;
   void find_limbs(Root& root) const;
   void refit_search();
   void begin_search();
