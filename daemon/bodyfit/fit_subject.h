@@ -58,7 +58,8 @@ struct LabelledTake {
 Result<FittedSubject, FitFailure> fit_subject(const MarkerSet& file, const LabelledTake& at_rest,
                                               const LabelledTake& moving, const FitSettings& settings);
 
-/// The residuals of a take for a fitted body, in the best pose of each frame. Uses every `step`th frame.
+/// The residuals of a take for a fitted body, in the pose that is tracked through every `step`th frame. Frames with
+/// less than 30 % of the markers are left out.
 FitResiduals residuals_of(const MarkerSet& body, const LabelledTake& take, std::size_t step);
 
 }  // namespace mocap::bodyfit

@@ -209,7 +209,7 @@ double OffsetEquations::observed_unknowns() const {
   return observed_unknowns;
 }
 
-// Of matrix and factor, only the lower triangle is used, and of factor and solution only the rows that are computed.
+// Only the lower triangle of matrix and factor is used, and only the computed rows of factor and solution.
 void OffsetEquations::archive(Archive& members) {
   const auto width = static_cast<std::size_t>(columns_.count);
   members(gradient_, damping_, solved_);

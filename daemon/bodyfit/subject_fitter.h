@@ -36,8 +36,8 @@ class SubjectFitter {
   /// most `max_instants` instants.
   void begin(const BodyOffsets& offsets, double size, std::span<BodyInstant> instants);
 
-  /// Does one step: about the work of solving a pose twice. Returns true when the fit has ended: it converged or
-  /// reached its maximum number of iterations.
+  /// Does one step: about the work of solving a pose twice. Returns true when the fit has ended: it converged,
+  /// reached its maximum number of iterations, or no step reduced the cost.
   bool work();
 
   /// Whether the last call of work() completed an iteration that reduced the cost.

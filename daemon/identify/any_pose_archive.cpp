@@ -19,7 +19,6 @@ void AnyPoseFinder::archive(Archive& members) {
   if (stage_ == Stage::Idle) return;  // `begin` sets all other members
   members(cloud_, uncertainty_, is_coarse_, root_, next_, limb_, work_at_begin_, fit_work_, fitted_, fits_, best_);
   members(best_cost_, rejected_differences_, rejected_count_, tried_alternatives_, improvements_, is_ambiguous_);
-  members(margin_);
   if (members.is_reading() && !has_valid_indices()) members.fail();
   if (!members.ok()) return;
   if (members.is_reading()) resume_search();

@@ -212,11 +212,9 @@ void AnyPoseFinder::select_best() {
     return;
   }
   improvements_ = 0;
-  margin_ = 1e9;
   set_best(*best);
   for (auto other = fitted_.begin(); other != end; ++other) {
     if (other == best || count_differences(other->point_of_marker, best_.point_of_marker) == 0) continue;
-    margin_ = std::min(margin_, other->cost - best_.cost);
     (void)find_differences(other->point_of_marker);
     if (other->cost < best_.cost + settings_.min_cost_margin) mark_ambiguous();
   }
@@ -268,7 +266,7 @@ void AnyPoseFinder::reopen_limb() {
   stage_ = Stage::ReopenLimb;
 }
 
-// Whether a marker of the limb has no point in the best hypothesis.
+// Whether a marker of the limb, or one in the joint to its neighbour, has no point in the best hypothesis.
 bool AnyPoseFinder::misses_a_marker(const SearchPlan& limb) const {
   return std::ranges::any_of(limb, [&](const SearchStep& next) {
     const std::vector<kinematics::ShapePoint>& points = search_.shapes().of(static_cast<std::size_t>(next.bone)).points;
@@ -364,9 +362,7 @@ void AnyPoseFinder::evaluate_alternative() {
     reopen_limb();
   } else if (same || alternative_.cost > best_.cost + settings_.min_cost_margin) {
     if (rejected_count_ < rejected_differences_.size()) rejected_differences_[rejected_count_++] = difference_;
-    if (!same) margin_ = std::min(margin_, alternative_.cost - best_.cost);
   } else if (!may_take_points()) {
-    margin_ = std::min(margin_, alternative_.cost - best_.cost);
     mark_ambiguous();
   }
 }
@@ -377,7 +373,6 @@ void AnyPoseFinder::describe() {
   found_.emplace();
   found_->rms_m = best_.rms_m;
   found_->cost = best_.cost;
-  found_->margin = margin_;
   found_->explained = best_.matched;
   for (std::size_t m = 0; m < set_.markers.size(); ++m) {
     const int p = best_.point_of_marker[m];

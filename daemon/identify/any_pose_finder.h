@@ -39,11 +39,10 @@ struct FoundPose {
   BoundedVector<Pose, kMaxBones> locals;           ///< by bone, in the parent's frame; the root in the world frame
   double rms_m = 0.0;                              ///< of the points from the markers of the body
   double cost = 0.0;                               ///< minus log likelihood, to compare bodies
-  double margin = 0.0;                             ///< cost of the next best hypothesis minus `cost`
   int matched = 0;                                 ///< markers with an unambiguous point
   int explained = 0;                               ///< markers with a point, ambiguous or not
 
-  void archive(Archive& members) { members(point_of_marker, locals, rms_m, cost, margin, matched, explained); }
+  void archive(Archive& members) { members(point_of_marker, locals, rms_m, cost, matched, explained); }
 };
 
 /// Finds a body of known bone lengths and marker offsets in any pose, in the points of one instant. Points that are no
@@ -54,13 +53,13 @@ struct FoundPose {
 /// 2. A beam search (BodyPoseSearch) places the other bones outward along the tree, each on points at the right
 ///    distances from its joint and from each other, or without any detection.
 /// 3. A fit of the whole body with its joint ranges ranks the best hypotheses.
-/// 4. Each limb of the best hypothesis is searched again from its fitted joints: alone, then with the limbs that are
-///    attached to the same bone, and on the points of all markers if one of its own has none (decision 0006). A better
-///    alternative replaces the best. One of similar cost makes the markers ambiguous in which it differs, unless it
-///    takes a point from another limb.
+/// 4. Each limb of the best hypothesis is searched again from its fitted joints: alone; together with the limbs of the
+///    same bone, where only exchanges of points between limbs are fitted; and on the points of all markers if one of
+///    its own has none (decision 0006). A better alternative replaces the best hypothesis, at most six times.
 ///
-/// A marker gets a point only if all hypotheses of similar likelihood agree. Nothing is found if too few markers have
-/// a point.
+/// A marker gets no point if an alternative of similar cost has another point for it. Alternatives of the last of these
+/// searches are excepted. Nothing is found if no bone can start a search, if too few markers have a point, or if cost
+/// or rms distance exceed their bounds in FindAnyPoseSettings.
 ///
 /// The search can be spread over several calls. Allocates in the constructor only. Equal points give an equal result.
 class AnyPoseFinder {
@@ -106,9 +105,9 @@ class AnyPoseFinder {
   struct Root {
     int bone = 0;
     SearchPlan plan;
-    std::vector<SearchPlan> limbs;  // one limb each, then all limbs that are attached to one bone
-    std::size_t single_limbs = 0;   // number of the former
-    std::vector<std::size_t> limb_of_marker;
+    std::vector<SearchPlan> limbs;            // one limb each, then all limbs that are attached to one bone
+    std::size_t single_limbs = 0;             // number of the former
+    std::vector<std::size_t> limb_of_marker;  // index in `limbs`; size of the plan: no limb
   };
   /// The fit of the whole body to points.
   struct BodyFit {
@@ -167,7 +166,7 @@ class AnyPoseFinder {
   BodyUncertainty uncertainty_;
   bool is_coarse_ = false;  // second round
   std::size_t root_ = 0, next_ = 0;
-  std::size_t limb_ = 0;  // of the limbs of the root, and then of its single limbs once more
+  std::size_t limb_ = 0;  // index in `limbs`; then the single limbs again, on the points of all markers
   std::size_t work_at_begin_ = 0, fit_work_ = 0;
   std::vector<Fitted> fitted_;  // hypotheses of the whole body; the first fits_ are valid
   std::size_t fits_ = 0;
@@ -179,7 +178,6 @@ class AnyPoseFinder {
   std::vector<Difference> rejected_differences_;  // each made an alternative to the best hypothesis much worse
   std::size_t rejected_count_ = 0, tried_alternatives_ = 0, improvements_ = 0;
   std::vector<bool> is_ambiguous_;  // by marker
-  double margin_ = 0.0;
   std::vector<kinematics::Observation> seen_;
   std::vector<geometry::AllowedPair> pairs_;
   std::vector<Pose> locals_;

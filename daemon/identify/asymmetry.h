@@ -9,7 +9,7 @@
 namespace mocap::identify {
 
 /// A pair of markers whose asymmetry is smaller than this does not distinguish left from right: two markers that are
-/// placed to 10 mm each differ by 14 mm by chance, and so do the legs of a person.
+/// placed to 10 mm each differ by 14 mm (1 sigma), and so do the legs of a person. The bound is 2.5 sigma.
 inline constexpr double kMinAsymmetry_m = 0.035;
 
 /// Offset of a marker from the mirror image of the opposite marker, as seen from the front: to the left and up, m. The

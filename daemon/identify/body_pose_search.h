@@ -72,7 +72,8 @@ class BodyPoseSearch {
   void start(const BodyPoseHypothesis& hypothesis, const SearchPlan& plan);
   /// The points of the search in progress have moved to this object, which must outlive the search.
   void follow(const pose::PointCloud& cloud) noexcept { cloud_ = &cloud; }
-  /// Extends one hypothesis by one bone. Returns true when the plan is complete.
+  /// Does one step: proposes the first bone from one point, or extends one hypothesis by one bone. Returns true when
+  /// the plan is complete or no hypothesis is left.
   bool expand();
   /// The hypotheses, by ascending cost.
   std::span<const BodyPoseHypothesis> hypotheses() const { return std::span(hypotheses_).first(count_); }

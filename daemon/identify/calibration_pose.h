@@ -9,8 +9,7 @@
 namespace mocap::identify {
 
 /// Angle of the arms below the T-pose in an A-pose (45 degrees), largest deviation of a joint (12 degrees), and
-/// smallest fraction of the markers. Beyond these bounds identifications begin to have wrong labels. Chosen by hand;
-/// not yet measured.
+/// smallest fraction of the markers. Chosen by hand; not yet measured (evidence for the arm angle: decision 0002).
 inline constexpr double kAPoseArmAngle_rad = 0.785;
 inline constexpr double kMaxAPoseDeviation_rad = 0.2;
 inline constexpr double kMinAPoseMarkerFraction = 0.96;

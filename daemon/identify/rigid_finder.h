@@ -12,8 +12,8 @@
 namespace mocap::identify {
 
 /// Finds a rigid body (a set with one bone) in any pose by the distances between its markers. The first three markers
-/// propose a pose, the other markers confirm it. Nothing is found if two assignments fit about equally well; a mirror
-/// image never fits.
+/// propose a pose, the other markers confirm it. Nothing is found if two assignments fit about equally well. A mirror
+/// image does not fit, unless all markers lie in one plane. A set of fewer than three markers is not found.
 ///
 /// All markers must have a point, except one marker of a set of five or more. Allocates in the constructor only.
 class RigidFinder {

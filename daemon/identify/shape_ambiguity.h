@@ -14,11 +14,12 @@ using MarkerCorrespondence = std::vector<std::size_t>;
 /// mirror image) moves each marker to within `tolerance_m` of its counterpart. If `part` and `whole` are the same
 /// object, the identity is excluded: the result is a symmetry of the body.
 ///
-/// Nothing if no such assignment exists, if a set has more than one bone, or if `part` has fewer than three markers.
+/// Nothing if no such assignment exists, if a set has more than one bone, or if `part` has fewer than three
+/// markers or more than `whole`.
 std::optional<MarkerCorrespondence> find_shape_ambiguity(const MarkerSet& part, const MarkerSet& whole,
                                                          double tolerance_m);
 
-/// Whether two bodies have the same bones and markers, with each offset equal to `tolerance_m`.
+/// Whether two bodies have the same bones and markers, with offsets that differ by at most `tolerance_m` each.
 bool is_same_body(const MarkerSet& a, const MarkerSet& b, double tolerance_m);
 
 }  // namespace mocap::identify

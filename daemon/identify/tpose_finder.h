@@ -21,8 +21,8 @@ struct FindSettings {
   double max_scale = 1.25;
   double min_marker_fraction = 0.85;  ///< fraction of the markers that must have a point
   double max_rms_m = 0.02;            ///< of the points from the markers of the fitted body
-  /// largest cost of the markers with a point, as a fraction of the cost of not detecting them: with more, the points
-  /// are of another body. Bodies that were there had at most 0.21, others at least 0.50 (decision 0005)
+  /// largest cost of the markers with a point, outliers included, as a fraction of the cost of not detecting them: with
+  /// more, the points are of another body. True bodies had at most 0.21, wrong ones at least 0.50 (decision 0005)
   double max_cost_fraction = 0.4;
   double min_margin = 8.0;           ///< log likelihood ratio of the best to the next best hypothesis
   double max_joint_angle_rad = 3.2;  ///< largest rotation of a joint from the rest pose; 3.2: no limit
@@ -40,11 +40,11 @@ struct FoundBody {
 
 /// The end of a search for a rest pose.
 enum class TPoseOutcome {
-  TooFewPoints,  ///< fewer points than markers are needed
+  TooFewPoints,  ///< fewer than min_marker_fraction of the markers, or a set of fewer than four
   NoPlacement,   ///< no pair of points is as far apart as hands or elbows
   TooFewMatched,
-  TooInexact,  ///< the points are too far from the fitted body, or it is hardly likelier than no body
-  Ambiguous,   ///< another assignment fits about as well, or the asymmetric pairs are exchanged
+  TooInexact,  ///< the rms distance exceeds max_rms_m, or the cost max_cost_fraction
+  Ambiguous,   ///< the margin is below min_margin or a quarter of the cost, or asymmetric pairs are exchanged
   BentJoints,  ///< joints deviate too much from the pose
   Found,
 };
@@ -52,10 +52,10 @@ enum class TPoseOutcome {
 /// The best hypothesis of a search, found or not.
 struct TPoseAttempt {
   TPoseOutcome outcome = TPoseOutcome::TooFewPoints;
-  int matched = 0;                                 ///< markers with a point
-  double rms_m = 0.0;                              ///< of these points from the markers of the fitted body
+  int matched = 0;     ///< markers with a point
+  double rms_m = 0.0;  ///< of these points and the outliers from the markers of the fitted body
   BoundedVector<int, kMaxLabels> point_of_marker;  ///< -1: no point; empty: no hypothesis
-  BoundedVector<WorldPoint, kMaxLabels> expected;  ///< by marker: by the upright placement alone, within 0.1 m
+  BoundedVector<WorldPoint, kMaxLabels> expected;  ///< by marker: in rest pose at the upright placement
 };
 
 /// Finds a person of unknown dimensions in the rest pose of the marker set, in the points of one instant. The rest pose

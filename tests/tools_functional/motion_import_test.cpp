@@ -52,7 +52,7 @@ TEST(MotionImport, TakesEachMarkerThatIsThereOnce) {
   EXPECT_EQ(import->joints.size(), 1u);
 }
 
-TEST(MotionImport, LeavesOutAMarkerThatIsSeldomSeen) {
+TEST(MotionImport, LeavesOutAMarkerThatIsNeverSeenWithTheOthers) {
   scene::C3d file = robot({"A1", "A2", "A3", "B1", "B2", "B3"});
   for (std::size_t f = 0; f < file.frames; ++f) file.samples[6 * f + 5].there = f >= file.frames - 2;
   for (std::size_t f = file.frames - 2; f < file.frames; ++f) {

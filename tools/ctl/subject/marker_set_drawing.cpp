@@ -19,7 +19,7 @@ constexpr double kMarker_px = 4.0;       // radius of a marker
 constexpr double kText_px = 11.0;        // font size
 constexpr double kLetter_px = 6.8;       // mean width of a letter of 11 px in a sans-serif font
 constexpr double kMaxScale_px_m = 2000;  // a prop of 0.2 m fills 400 px
-constexpr double kSide_m = 0.01;         // a marker this far before or behind its joint belongs to one view
+constexpr double kMinDepth_m = 0.01;     // a marker this far before or behind its joint belongs to one view
 
 struct Point {
   double x = 0.0, y = 0.0;  // px, y down
@@ -179,7 +179,7 @@ std::string hex(const std::array<float, 3>& colour) {
 // Whether the body does not hide the marker.
 bool in_view(const MarkerOnBone& marker, const Layout& layout, View view) {
   if (layout.views()[1] == View::Above) return true;
-  return (view == View::Back ? -marker.offset_m.x() : marker.offset_m.x()) >= -kSide_m;
+  return (view == View::Back ? -marker.offset_m.x() : marker.offset_m.x()) >= -kMinDepth_m;
 }
 
 std::string bones_svg(const MarkerSet& set, const Layout& layout, View view) {

@@ -42,7 +42,8 @@ std::string utc_now() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
 }
 
-// A joint that moves farther in its bones is none: markers of a bone between them are missing, or it did not bend.
+// Joints with a larger rms distance are reported: the bone between both has too few markers, or the joint did not bend.
+// Chosen by hand; not yet measured.
 constexpr double kLooseJoint_m = 0.030;
 
 void warn_of_loose_joints(const std::vector<functional::FoundJoint>& joints) {
@@ -121,7 +122,8 @@ struct Import {
   fs::path skeleton_file;
 };
 
-// By the conventions of the labels, with the skeleton of the order. Fails with NotFound if that cannot be used.
+// Imports by the conventions of the labels, with the skeleton of --skeleton. Fails with NotFound if it cannot be
+// loaded.
 Result<Import> import_by_labels(const SubjectOptions& options, const scene::C3d& c3d) {
   const settings::FoundFile file =
       settings::find_shipped(options.skeleton.empty() ? "skeletons/human18.toml" : options.skeleton, {});
@@ -133,12 +135,13 @@ Result<Import> import_by_labels(const SubjectOptions& options, const scene::C3d&
   return Import{{.imported = *std::move(imported)}, file.path};
 }
 
-// By the motion, with a skeleton of its own, which is written.
+// Imports by the motion of the markers, and writes the skeleton that it finds.
 Result<Import> import_by_motion(const SubjectOptions& options, const scene::C3d& c3d) {
   say("bones and joints are found in the motion: the labels follow no convention, or --by-motion is given");
   auto found = functional::import_by_motion(c3d, options.name);
   if (!found) return found.error();
-  for (const std::string& label : found->left_out) say("marker '{}' is seldom seen with the others; left out", label);
+  for (const std::string& label : found->left_out)
+    say("marker '{}' is never seen together with the others; left out", label);
   warn_of_loose_joints(found->joints);
   const fs::path file = options.out / (options.name + ".skeleton.toml");
   std::error_code failed;
@@ -164,7 +167,9 @@ void add_import(cli::App& subject, SubjectOptions& options) {
       "labels follow no convention (Plug-in Gait, Motive, Arena)");
   command->add_option("--skeleton", options.skeleton, "default: skeletons/human18.toml of the shipped ones")
       ->type_name("FILE");
-  command->add_option("--out", options.out, "output folder of NAME.markers.toml and NAME.subject.toml")
+  command
+      ->add_option("--out", options.out,
+                   "output folder of NAME.markers.toml, NAME.subject.toml and, by motion, NAME.skeleton.toml")
       ->required()
       ->type_name("DIR");
   command->callback([&options] { options.run = run_import; });
@@ -207,7 +212,7 @@ void add_show(cli::App& subject, SubjectOptions& options) {
 }
 
 void add_draw(cli::App& subject, SubjectOptions& options) {
-  cli::App* command = subject.add_subcommand("draw", "draw a marker set as SVG: front, back, labels, bones");
+  cli::App* command = subject.add_subcommand("draw", "draw a marker set as SVG: two views with bones and labels");
   command->examples(
       "  mocapctl subject draw config/markersets/baseline41.toml --out baseline41.svg\n"
       "  mocapctl subject draw anna.toml > anna.svg");

@@ -37,7 +37,7 @@ void print(const settings::SubjectFile& subject) {
   fmt::print("subject {}: {} markers of {}, size {:.3f}, residual {:.1f} mm, fitted {}\n\n", subject.name,
              subject.marker_set.markers.size(), subject.marker_set.name, subject.size, 1e3 * subject.residual_m,
              subject.fitted_on.empty() ? "at an unknown date" : subject.fitted_on);
-  fmt::print("{:<16} {:<16} {:>9} {:>12}\n", "bone", "hangs on", "length mm", "residual mm");
+  fmt::print("{:<16} {:<16} {:>9} {:>12}\n", "bone", "parent", "length mm", "residual mm");
   const auto& bones = subject.marker_set.skeleton.bones;
   for (std::size_t b = 0; b < bones.size(); ++b) {
     const bool root = bones[b].parent < 0;
@@ -46,7 +46,7 @@ void print(const settings::SubjectFile& subject) {
                root ? "" : fmt::format("{:.1f}", 1e3 * bones[b].rest_offset_m.norm()),
                1e3 * subject.bone_residuals_m[b]);
   }
-  fmt::print("\n{:<16} {:<16} {:>9} {:>12}\n", "marker", "sits on", "mm off it", "residual mm");
+  fmt::print("\n{:<16} {:<16} {:>9} {:>12}\n", "marker", "bone", "offset mm", "residual mm");
   for (std::size_t m = 0; m < subject.marker_set.markers.size(); ++m) {
     const MarkerOnBone& marker = subject.marker_set.markers[m];
     fmt::print("{:<16} {:<16} {:>9.1f} {:>12.1f}\n", marker.name, bones[static_cast<std::size_t>(marker.bone)].name,

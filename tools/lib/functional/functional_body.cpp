@@ -16,7 +16,8 @@ namespace mocap::functional {
 namespace {
 
 constexpr double kTurnMargin_rad = std::numbers::pi / 6.0;
-// Of two joints that move equally little, the one between nearer markers is chosen: 5 mm for each 10 cm.
+// The tree prefers the joint between nearer markers: 10 cm between markers cost as much as 5 mm of rms distance. Chosen
+// by hand; not yet measured.
 constexpr double kDistanceWeight = 0.05;
 constexpr std::size_t kMinNameLetters = 2;
 constexpr std::size_t kMaxFrames = 4000;

@@ -15,7 +15,7 @@ namespace mocap::functional {
 /// How a bone turns in its parent, as the take shows it.
 struct FoundJoint {
   std::string bone = {}, parent = {};
-  double rms_m = 0.0;                              ///< how much the joint moves in either segment
+  double rms_m = 0.0;                              ///< as FunctionalJoint::rms_m
   std::optional<Eigen::Vector3d> hinge_axis = {};  ///< unit, in rest pose; empty: about several axes, or not observed
   double hinge_range_rad = 0.0;
 };
@@ -27,14 +27,17 @@ struct FunctionalBody {
 };
 
 /// Finds the rigid segments of a take, the joints between them, and the tree of joints that move least (Kirk, O'Brien
-/// and Forsyth, CVPR 2005: minimum spanning tree). One segment becomes one bone. Segments of one or two markers have no
-/// orientation and become ends of the tree. The root is the segment in the middle of the tree.
+/// and Forsyth, CVPR 2005: minimum spanning tree). One segment becomes one bone. A segment of two markers gets its
+/// orientation from its joint, as a third point. A segment of one marker has no orientation and is an end of the tree.
+/// The root is the segment in the middle of the tree.
 ///
-/// Rest pose is the pose in the frame that shows most markers: the axes of all bones are those of the world there.
-/// Joints turn as far as the take shows, and 30 degrees further. A bone has the name of its first marker, or what the
-/// names of its markers begin or end with.
+/// Rest pose: the axes of each bone are those of the world in the frame that shows most markers, or in the first frame
+/// that shows the bone. The range of a joint is the 1st to 99th percentile of its rotations and 30 degrees on each
+/// side. A bone has the common beginning of the names of its markers, else their common end, else the name of the
+/// first.
 ///
-/// At most 4000 frames are used, evenly spread. A marker that is seldom seen with the others is left out. `labels`:
+/// At most 4000 frames are used, evenly spread. Segments without a joint to the tree are left out: a single marker that
+/// no frame shows together with a segment of the tree, other segments that share fewer than three frames. `labels`:
 /// names of the markers of the take, z is up. Fails with InvalidArgument if no segment has three markers off a line, or
 /// if there are more than kMaxLabels markers.
 Result<FunctionalBody> find_body(const bodyfit::LabelledTake& take, const std::vector<std::string>& labels,

@@ -22,7 +22,7 @@ constexpr double kSkin_m = 0.005;
 constexpr double kPrior_m = 0.1;
 constexpr double kMinHingeRange_rad = 20.0 * std::numbers::pi / 180.0;
 constexpr double kMaxOffAxisFraction = 0.25;
-// Of the rotations, to be left out at each end of a range: exchanged labels turn segments.
+// Fraction of the rotations that is left out at each end of a range: exchanged labels rotate segments.
 constexpr double kOutsideRange = 0.01;
 
 struct NearestMarkers {

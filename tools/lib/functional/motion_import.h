@@ -14,7 +14,7 @@ namespace mocap::functional {
 struct MotionImport {
   scene::ImportedMarkerSet imported = {};
   std::vector<FoundJoint> joints = {};
-  std::vector<std::string> left_out = {};  ///< markers that are seldom seen with the others
+  std::vector<std::string> left_out = {};  ///< markers that have no joint to the others
 };
 
 /// Whether less than half of the markers of a file have a label of a convention (scene::known_marker).

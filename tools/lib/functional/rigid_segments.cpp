@@ -42,32 +42,32 @@ double deviation_m(const bodyfit::LabelledTake& take, std::size_t a, std::size_t
 std::vector<Segment> find_rigid_segments(const bodyfit::LabelledTake& take, const SegmentSettings& settings) {
   std::vector<Segment> segments;
   for (std::size_t m = 0; m < take.markers; ++m) segments.push_back({m});
-  // The largest deviation of a pair of markers of two segments.
   const auto count = static_cast<Eigen::Index>(take.markers);
-  Eigen::MatrixXd farthest_m = Eigen::MatrixXd::Constant(count, count, std::numeric_limits<double>::infinity());
+  Eigen::MatrixXd largest_deviation_m =
+      Eigen::MatrixXd::Constant(count, count, std::numeric_limits<double>::infinity());
   std::vector<double> distances;
   for (Eigen::Index a = 0; a < count; ++a) {
     for (Eigen::Index b = 0; b < a; ++b) {
-      farthest_m(a, b) =
+      largest_deviation_m(a, b) =
           deviation_m(take, static_cast<std::size_t>(a), static_cast<std::size_t>(b), settings, distances);
     }
   }
   for (;;) {
     Eigen::Index one = 0, other = 0;
-    if (count < 2 || farthest_m.minCoeff(&one, &other) > settings.max_deviation_m) break;
+    if (count < 2 || largest_deviation_m.minCoeff(&one, &other) > settings.max_deviation_m) break;
     Segment& into = segments[static_cast<std::size_t>(other)];  // other < one
     Segment& from = segments[static_cast<std::size_t>(one)];
     into.insert(into.end(), from.begin(), from.end());
     from.clear();
     for (Eigen::Index k = 0; k < count; ++k) {
       const auto between = [&](Eigen::Index a, Eigen::Index b) -> double& {
-        return farthest_m(std::max(a, b), std::min(a, b));
+        return largest_deviation_m(std::max(a, b), std::min(a, b));
       };
       if (k == one || k == other) continue;
       between(other, k) = std::max(between(other, k), between(one, k));
       between(one, k) = std::numeric_limits<double>::infinity();
     }
-    farthest_m(one, other) = std::numeric_limits<double>::infinity();
+    largest_deviation_m(one, other) = std::numeric_limits<double>::infinity();
   }
   std::erase_if(segments, [](const Segment& segment) { return segment.empty(); });
   for (Segment& segment : segments) std::ranges::sort(segment);

@@ -11,7 +11,7 @@ struct SegmentSettings {
   /// Largest standard deviation of the distance of any two markers of a segment. Skin moves by some millimetres, and
   /// joints change distances by centimetres (decision 0001).
   double max_deviation_m = 0.010;
-  std::size_t min_frames = 50;  ///< in which two markers must both be measured to be of one segment
+  std::size_t min_frames = 50;  ///< frames that must show two markers of one segment; all of a shorter take
 };
 
 /// Markers of one rigid part of the body, by index, ascending.
