@@ -23,9 +23,9 @@ send_queue = 1000
 velocities = true
 
 [queues]  # nothing is dropped on a machine with other load
-camera_frames = 1024
-publish_snapshots = 1024
-side_snapshots = 4096
+camera_frames = 512
+publish_snapshots = 512
+side_snapshots = 512
 
 [detect]
 threshold = {threshold}
