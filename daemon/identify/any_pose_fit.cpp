@@ -13,7 +13,8 @@ namespace {
 // Largest distance between a marker of the fitted body and its point; scale of the robust cost of the fit.
 constexpr double kAssignmentGate_m = 0.04;
 constexpr double kFitOutlier_m = 0.05;
-// End of a fit: the costs of hypotheses that are compared differ by much more than a millimetre changes.
+// End of a fit. A smaller step, 1e-5, gave 2160 random bodies (decision 0006) the same number of right and wrong
+// labels.
 constexpr kinematics::PoseFitEnd kFitEnd{.max_iterations = 10, .small_step = 1e-3};
 // Work of one iteration of the fit of the whole body, in bone fits.
 constexpr std::size_t kIterationWork = 25;
