@@ -9,8 +9,8 @@
 namespace mocap::identify {
 namespace {
 
-constexpr std::size_t kMaxRoots = 4;
-// Hypotheses of the search that are fitted as a whole body.
+constexpr std::size_t kMaxStartBones = 4;
+// Hypotheses of one search that are fitted as a whole body.
 constexpr std::size_t kMaxFits = 4;
 // Alternatives of a limb that are fitted, and the largest excess of their search cost over the best.
 constexpr std::size_t kMaxAlternatives = 8;
@@ -22,10 +22,13 @@ constexpr std::size_t kMaxRejectedDifferences = 64;
 // measure: a few distant points would make the density near the body too small.
 constexpr double kClutterVolume_m3 = 4.0;
 
-// Markers that have different points in both hypotheses.
+// Markers of `a` with a point that has another marker, or whose marker has another point, in `b`.
 int count_differences(std::span<const int> a, std::span<const int> b) {
   int count = 0;
-  for (std::size_t m = 0; m < a.size(); ++m) count += a[m] != b[m] && a[m] >= 0 && b[m] >= 0 ? 1 : 0;
+  for (std::size_t m = 0; m < a.size(); ++m) {
+    if (a[m] < 0 || a[m] == b[m]) continue;
+    count += b[m] >= 0 || std::ranges::find(b, a[m]) != b.end() ? 1 : 0;
+  }
   return count;
 }
 
@@ -40,25 +43,27 @@ AnyPoseFinder::AnyPoseFinder(const MarkerSet& set, const FindAnyPoseSettings& se
   const std::size_t bones = set.skeleton.bones.size(), markers = set.markers.size();
   MOCAP_EXPECTS(markers <= kMaxLabels && bones <= kMaxBones);
   for (std::size_t b = 0; b < bones; ++b) {
-    if (search_.shapes().determines_rotation(b)) roots_.push_back({static_cast<int>(b), {}, {}, 0, {}});
+    if (search_.shapes().determines_rotation(b)) start_bones_.push_back({static_cast<int>(b), {}, {}, {}, 0, {}});
   }
   // Bones with more markers (up to 4) have fewer false proposals; then bones with more joints come first.
-  const auto rank = [&](const Root& root) {
-    const kinematics::BoneShape& shape = search_.shapes().of(static_cast<std::size_t>(root.bone));
+  const auto rank = [&](const StartBone& start) {
+    const kinematics::BoneShape& shape = search_.shapes().of(static_cast<std::size_t>(start.bone));
     return std::min<std::size_t>(4, shape.points.size()) * 16 + shape.joints.size();
   };
-  std::stable_sort(roots_.begin(), roots_.end(), [&](const Root& a, const Root& b) { return rank(a) > rank(b); });
-  if (roots_.size() > kMaxRoots) roots_.resize(kMaxRoots);
-  for (Root& root : roots_) {
-    root.plan = search_.plan_from(root.bone);
-    find_limbs(root);
+  std::stable_sort(start_bones_.begin(), start_bones_.end(),
+                   [&](const StartBone& a, const StartBone& b) { return rank(a) > rank(b); });
+  if (start_bones_.size() > kMaxStartBones) start_bones_.resize(kMaxStartBones);
+  for (StartBone& start : start_bones_) {
+    start.plan = search_.plan_from(start.bone);
+    start.reverse = search_.plan_from(start.bone, true);
+    find_limbs(start);
   }
   Fitted fitted;
   fitted.hypothesis.point_of_marker.assign(markers, -1);
   fitted.hypothesis.bones.resize(bones);
   fitted.point_of_marker.resize(markers);
   fitted.locals.resize(bones);
-  fitted_.assign(kMaxFits, fitted);
+  fitted_.assign(2 * kMaxFits, fitted);
   best_ = alternative_ = fitted;
   reassigned_ = fitted;
   without_limb_ = fitted.hypothesis;
@@ -82,25 +87,25 @@ void AnyPoseFinder::visit_markers(const SearchPlan& limbs, Visit visit) const {
   }
 }
 
-// A limb is a chain from an end of the tree up to the root of the search or to a bone with two attached bones. One limb
+// A limb is a chain from an end of the tree up to the start bone or to a bone with two attached bones. One limb
 // alone has the fewest alternatives; limbs that are attached to one bone may have exchanged their points.
-void AnyPoseFinder::find_limbs(Root& root) const {
+void AnyPoseFinder::find_limbs(StartBone& start) const {
   const auto count_attached = [&](int bone) {
-    return std::ranges::count_if(root.plan, [&](const SearchStep& next) { return next.from == bone; });
+    return std::ranges::count_if(start.plan, [&](const SearchStep& next) { return next.from == bone; });
   };
-  root.limb_of_marker.assign(set_.markers.size(), root.plan.size());  // of no limb
-  std::vector<std::pair<int, SearchPlan>> attached;                   // by bone
-  for (const SearchStep& end : root.plan) {
+  start.limb_of_marker.assign(set_.markers.size(), start.plan.size());  // of no limb
+  std::vector<std::pair<int, SearchPlan>> attached;                     // by bone
+  for (const SearchStep& end : start.plan) {
     if (count_attached(end.bone) > 0) continue;
     SearchPlan limb;
     int on = end.bone;
-    while (on != root.bone && count_attached(on) < 2) {
-      const SearchStep& entry = *std::ranges::find(root.plan, on, &SearchStep::bone);
+    while (on != start.bone && count_attached(on) < 2) {
+      const SearchStep& entry = *std::ranges::find(start.plan, on, &SearchStep::bone);
       limb.insert(limb.begin(), entry);
       on = entry.from;
     }
-    visit_markers(limb, [&](std::size_t marker) { root.limb_of_marker[marker] = root.limbs.size(); });
-    root.limbs.push_back(limb);
+    visit_markers(limb, [&](std::size_t marker) { start.limb_of_marker[marker] = start.limbs.size(); });
+    start.limbs.push_back(limb);
     const auto known = std::ranges::find(attached, on, &std::pair<int, SearchPlan>::first);
     if (known == attached.end()) {
       attached.emplace_back(on, limb);
@@ -108,8 +113,8 @@ void AnyPoseFinder::find_limbs(Root& root) const {
       known->second.insert(known->second.end(), limb.begin(), limb.end());
     }
   }
-  root.single_limbs = root.limbs.size();
-  for (auto& [on, limbs] : attached) root.limbs.push_back(std::move(limbs));
+  start.single_limbs = start.limbs.size();
+  for (auto& [on, limbs] : attached) start.limbs.push_back(std::move(limbs));
 }
 
 void AnyPoseFinder::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
@@ -124,9 +129,10 @@ void AnyPoseFinder::refit(std::span<const Eigen::Vector3d> rest_offsets_m,
 // Takes over the offsets of `set_`.
 void AnyPoseFinder::refit_search() {
   search_.refit(set_);
-  for (Root& root : roots_) {
-    search_.refit(root.plan);
-    for (SearchPlan& limb : root.limbs) search_.refit(limb);
+  for (StartBone& start : start_bones_) {
+    search_.refit(start.plan);
+    search_.refit(start.reverse);
+    for (SearchPlan& limb : start.limbs) search_.refit(limb);
   }
 }
 
@@ -137,16 +143,22 @@ void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
   work_at_begin_ = search_.work();
   stage_ = Stage::Idle;
   const double needed = settings_.min_present_fraction * static_cast<double>(set_.markers.size());
-  if (roots_.empty() || static_cast<double>(cloud_.size()) < needed) return;
+  if (start_bones_.empty() || static_cast<double>(cloud_.size()) < needed) return;
   is_coarse_ = false;
   begin_round(settings_.precise);
 }
 
 void AnyPoseFinder::begin_round(const BodyUncertainty& uncertainty) {
   uncertainty_ = uncertainty;
-  root_ = 0;
+  start_bone_ = 0;
   begin_search();
-  search_.start(roots_[root_].bone, roots_[root_].plan);
+  search_from_start_bone();
+}
+
+void AnyPoseFinder::search_from_start_bone() {
+  is_reverse_ = false;
+  fits_ = 0;
+  search_.start(start_bones_[start_bone_].bone, start_bones_[start_bone_].plan);
   stage_ = Stage::Search;
 }
 
@@ -188,19 +200,17 @@ void AnyPoseFinder::step() {
 // Selects the hypotheses to fit: the best, and the best of those that differ from every selected one in at least an
 // eighth of the markers.
 void AnyPoseFinder::choose_fits() {
-  fits_ = 0;
-  next_ = 0;
+  next_ = fits_;
   const int min_difference = std::max(2, static_cast<int>(set_.markers.size() / 8));
   for (const BodyPoseHypothesis& hypothesis : search_.hypotheses()) {
-    if (fits_ == kMaxFits) break;
-    const bool same =
-        std::any_of(fitted_.begin(), fitted_.begin() + static_cast<std::ptrdiff_t>(fits_), [&](const Fitted& other) {
-          return count_differences(hypothesis.point_of_marker, other.hypothesis.point_of_marker) < min_difference;
-        });
+    if (fits_ == next_ + kMaxFits) break;
+    const bool same = std::ranges::any_of(std::span(fitted_).first(fits_), [&](const Fitted& other) {
+      return count_differences(hypothesis.point_of_marker, other.hypothesis.point_of_marker) < min_difference;
+    });
     if (!same) fitted_[fits_++].hypothesis = hypothesis;
   }
   stage_ = Stage::Fit;
-  if (fits_ == 0) select_best();
+  if (fits_ == next_) select_best();
 }
 
 void AnyPoseFinder::select_best() {
@@ -208,7 +218,15 @@ void AnyPoseFinder::select_best() {
   const auto best =
       std::min_element(fitted_.begin(), end, [](const Fitted& a, const Fitted& b) { return a.cost < b.cost; });
   if (best == end || !is_acceptable(*best)) {
-    advance_root();
+    next_start_bone();
+    return;
+  }
+  // The beam compares hypotheses after equally many bones. Where the first limbs of the plan are hidden, the right
+  // hypothesis has fewer points, and is pruned although its points come later.
+  if (!is_reverse_ && best->matched < static_cast<int>(set_.markers.size())) {
+    is_reverse_ = true;
+    search_.start(start_bones_[start_bone_].bone, start_bones_[start_bone_].reverse);
+    stage_ = Stage::Search;
     return;
   }
   improvements_ = 0;
@@ -228,12 +246,11 @@ void AnyPoseFinder::set_best(Fitted& best) {
   limb_ = rejected_count_ = 0;
 }
 
-// Starts the search from the next root; after the last root, the coarse round.
-void AnyPoseFinder::advance_root() {
+// Starts the search from the next start bone; after the last one, the coarse round.
+void AnyPoseFinder::next_start_bone() {
   stage_ = Stage::Idle;
-  if (++root_ < roots_.size()) {
-    search_.start(roots_[root_].bone, roots_[root_].plan);
-    stage_ = Stage::Search;
+  if (++start_bone_ < start_bones_.size()) {
+    search_from_start_bone();
   } else if (!is_coarse_) {
     is_coarse_ = true;
     begin_round(settings_.coarse);
@@ -241,15 +258,15 @@ void AnyPoseFinder::advance_root() {
 }
 
 const SearchPlan& AnyPoseFinder::reopened_limb() const {
-  const std::vector<SearchPlan>& limbs = roots_[root_].limbs;
+  const std::vector<SearchPlan>& limbs = start_bones_[start_bone_].limbs;
   return limbs[limb_ % limbs.size()];
 }
 
-bool AnyPoseFinder::may_take_points() const { return limb_ >= roots_[root_].limbs.size(); }
+bool AnyPoseFinder::may_take_points() const { return limb_ >= start_bones_[start_bone_].limbs.size(); }
 
 // Starts the search of a limb from the joints of the fitted body; all other bones stay.
 void AnyPoseFinder::reopen_limb() {
-  const std::size_t end = roots_[root_].limbs.size() + roots_[root_].single_limbs;
+  const std::size_t end = start_bones_[start_bone_].limbs.size() + start_bones_[start_bone_].single_limbs;
   while (limb_ < end && may_take_points() && !misses_a_marker(reopened_limb())) ++limb_;
   if (limb_ >= end) {
     describe();
@@ -289,7 +306,7 @@ void AnyPoseFinder::take_points(std::vector<int>& alternative) const {
 // Whether the alternative gives a point to a marker of another limb than the best hypothesis does.
 bool AnyPoseFinder::exchanges_points(std::span<const int> alternative) const {
   const std::vector<int>& best = best_.hypothesis.point_of_marker;
-  const std::vector<std::size_t>& limb_of = roots_[root_].limb_of_marker;
+  const std::vector<std::size_t>& limb_of = start_bones_[start_bone_].limb_of_marker;
   for (std::size_t m = 0; m < best.size(); ++m) {
     if (best[m] < 0 || alternative[m] == best[m]) continue;
     const auto now = std::ranges::find(alternative, best[m]);
@@ -345,7 +362,8 @@ void AnyPoseFinder::evaluate_alternative() {
   alternative_.hypothesis = hypotheses[next_++];
   if (may_take_points()) take_points(alternative_.hypothesis.point_of_marker);
   // Other changes of a limb are among the alternatives of that limb alone.
-  if (limb_ >= roots_[root_].single_limbs && !exchanges_points(alternative_.hypothesis.point_of_marker)) return;
+  if (limb_ >= start_bones_[start_bone_].single_limbs && !exchanges_points(alternative_.hypothesis.point_of_marker))
+    return;
   const bool other = find_differences(alternative_.hypothesis.point_of_marker);
   if (difference_.empty() || is_rejected()) return;
   if (!other || tried_alternatives_ >= kMaxAlternatives) {

@@ -52,7 +52,8 @@ struct FoundPose {
 ///    chest, head, feet; a marker in a joint counts for both bones).
 /// 2. A beam search (BodyPoseSearch) places the other bones outward along the tree, each on points at the right
 ///    distances from its joint and from each other, or without any detection.
-/// 3. A fit of the whole body with its joint ranges ranks the best hypotheses.
+/// 3. A fit of the whole body with its joint ranges ranks the best hypotheses. If the best misses a marker, step 2
+///    visits the limbs once more in the opposite order, and its hypotheses are fitted too (decision 0007).
 /// 4. Each limb of the best hypothesis is searched again from its fitted joints: alone; together with the limbs of the
 ///    same bone, where only exchanges of points between limbs are fitted; and on the points of all markers if one of
 ///    its own has none (decision 0006). A better alternative replaces the best hypothesis, at most six times.
@@ -70,7 +71,7 @@ class AnyPoseFinder {
   void refit(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
   /// Whether the set has a bone whose markers determine its rotation. Without one, a search finds nothing.
-  bool can_find() const noexcept { return !roots_.empty(); }
+  bool can_find() const noexcept { return !start_bones_.empty(); }
   /// Sets the calibrated hinge axis and the swivel plane of a joint, as pose::SkeletonTracker estimates them.
   void set_hinge(std::size_t bone, const Eigen::Matrix3d& nominal_from_calibrated,
                  const kinematics::SwivelPlane& plane) {
@@ -102,9 +103,9 @@ class AnyPoseFinder {
  private:
   enum class Stage { Idle, Search, Fit, ReopenLimb, Alternatives };
   /// A bone at which a search can start.
-  struct Root {
+  struct StartBone {
     int bone = 0;
-    SearchPlan plan;
+    SearchPlan plan, reverse;                 // the limbs of each bone in opposite orders
     std::vector<SearchPlan> limbs;            // one limb each, then all limbs that are attached to one bone
     std::size_t single_limbs = 0;             // number of the former
     std::vector<std::size_t> limb_of_marker;  // index in `limbs`; size of the plan: no limb
@@ -126,16 +127,17 @@ class AnyPoseFinder {
 
   template <typename Visit>
   void visit_markers(const SearchPlan& limbs, Visit visit) const;
-  void find_limbs(Root& root) const;
+  void find_limbs(StartBone& start) const;
   void refit_search();
   void begin_search();
   void resume_search();
   bool has_valid_indices() const;
   void step();
   void begin_round(const BodyUncertainty& uncertainty);
+  void search_from_start_bone();
   void choose_fits();
   void select_best();
-  void advance_root();
+  void next_start_bone();
   bool is_acceptable(const Fitted& one) const;
   void fit(Fitted& into);
   void solve(BodyFit& into);
@@ -159,13 +161,14 @@ class AnyPoseFinder {
   BodyPoseSearch search_;
   kinematics::PoseFit fit_;
   geometry::Assigner assigner_;
-  std::vector<Root> roots_;  // by descending rank
+  std::vector<StartBone> start_bones_;  // by descending rank
 
   pose::PointCloud cloud_;
   Stage stage_ = Stage::Idle;
   BodyUncertainty uncertainty_;
-  bool is_coarse_ = false;  // second round
-  std::size_t root_ = 0, next_ = 0;
+  bool is_coarse_ = false;   // second round
+  bool is_reverse_ = false;  // second search from the same start bone
+  std::size_t start_bone_ = 0, next_ = 0;
   std::size_t limb_ = 0;  // index in `limbs`; then the single limbs again, on the points of all markers
   std::size_t work_at_begin_ = 0, fit_work_ = 0;
   std::vector<Fitted> fitted_;  // hypotheses of the whole body; the first fits_ are valid

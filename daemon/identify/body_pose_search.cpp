@@ -55,12 +55,14 @@ void BodyPoseSearch::refit(const MarkerSet& set) {
 
 // Depth first. Neighbours whose markers determine their rotation come first: the joints beyond them are then well
 // known. `open` is a stack, so these neighbours are pushed last.
-SearchPlan BodyPoseSearch::plan_from(int root) const {
+SearchPlan BodyPoseSearch::plan_from(int root, bool last_first) const {
   SearchPlan plan;
   std::vector<SearchStep> open;
   const auto open_neighbours = [&](int bone, int from) {
+    std::vector<kinematics::ShapeJoint> joints = shapes_.of(static_cast<std::size_t>(bone)).joints;
+    if (last_first) std::ranges::reverse(joints);
     for (const bool determined : {false, true}) {
-      for (const kinematics::ShapeJoint& joint : shapes_.of(static_cast<std::size_t>(bone)).joints) {
+      for (const kinematics::ShapeJoint& joint : joints) {
         if (joint.bone == from || shapes_.determines_rotation(static_cast<std::size_t>(joint.bone)) != determined)
           continue;
         open.push_back({joint.bone, bone, joint.joint_in_neighbour_m, joint.joint_in_bone_m});

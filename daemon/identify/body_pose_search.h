@@ -57,8 +57,9 @@ class BodyPoseSearch {
   void refit(const MarkerSet& set);
 
   const kinematics::BoneShapes& shapes() const noexcept { return shapes_; }
-  /// The order of a search that starts at `root`. Allocates.
-  SearchPlan plan_from(int root) const;
+  /// The order of a search that starts at `root`; the limbs of each bone in the order of the skeleton or, if
+  /// `last_first`, in the opposite one. Allocates.
+  SearchPlan plan_from(int root, bool last_first = false) const;
   /// Updates the joints of a plan after a refit. Allocates nothing.
   void refit(SearchPlan& plan) const;
 

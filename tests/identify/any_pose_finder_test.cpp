@@ -6,8 +6,10 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "identify/detection_cost.h"
@@ -23,16 +25,12 @@ struct Cloud {
   std::vector<int> marker_of_point;  // -1: clutter
 };
 
-// The markers of a person in a random pose in random order, without `hidden` of them and with `ghosts` clutter points.
-Cloud random_cloud(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) {
+// These markers of a person in a random pose in random order, with `ghosts` clutter points.
+Cloud random_cloud(const MarkerSet& set, std::vector<int> markers, int ghosts, std::mt19937& random) {
   std::normal_distribution<double> normal(0.0, 0.0005);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
   body.set_locals(test::random_pose(set, 1.0, random));
-  std::vector<int> markers(set.markers.size());
-  for (std::size_t m = 0; m < markers.size(); ++m) markers[m] = static_cast<int>(m);
-  std::shuffle(markers.begin(), markers.end(), random);
-  markers.resize(markers.size() - static_cast<std::size_t>(hidden));
   for (int i = 0; i < ghosts; ++i) markers.push_back(-1);
   std::shuffle(markers.begin(), markers.end(), random);
   Cloud cloud;
@@ -45,6 +43,28 @@ Cloud random_cloud(const MarkerSet& set, int hidden, int ghosts, std::mt19937& r
     cloud.marker_of_point.push_back(m);
   }
   return cloud;
+}
+
+// The same without `hidden` markers.
+Cloud random_cloud(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) {
+  std::vector<int> markers(set.markers.size());
+  std::iota(markers.begin(), markers.end(), 0);
+  std::shuffle(markers.begin(), markers.end(), random);
+  markers.resize(markers.size() - static_cast<std::size_t>(hidden));
+  return random_cloud(set, markers, ghosts, random);
+}
+
+// The markers of a set, without those of one arm up to the wrist, and without the other collar and the hip of that
+// side.
+std::vector<int> markers_without_arm(const MarkerSet& set, const std::string& side) {
+  std::vector<int> markers;
+  for (std::size_t m = 0; m < set.markers.size(); ++m) {
+    const std::string& bone = set.skeleton.bones[static_cast<std::size_t>(set.markers[m].bone)].name;
+    const bool is_hidden =
+        bone.ends_with("Collar") || bone == side + "UpArm" || bone == side + "LowArm" || bone == side + "UpLeg";
+    if (!is_hidden) markers.push_back(static_cast<int>(m));
+  }
+  return markers;
 }
 
 struct LabelCounts {
@@ -124,6 +144,26 @@ TEST_P(FindsAnyPose, WithAFifthOfTheMarkersMissing) {
 
 INSTANTIATE_TEST_SUITE_P(ShippedSets, FindsAnyPose, ::testing::Values("openmocap18", "baseline41", "pluginGait39"),
                          [](const auto& set) { return std::string(set.param); });
+
+// A search that begins with the hidden arm prefers the body whose left and right are exchanged, which has points there.
+TEST(AnyPoseFinder, FindsABodyWithAnArmHidden) {
+  std::mt19937 random(4);
+  int found_bodies = 0, wrong = 0;
+  constexpr int kTrials = 100;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const MarkerSet set = random_body("openmocap18", random);
+    AnyPoseFinder finder(set, {});
+    const Cloud cloud = random_cloud(set, markers_without_arm(set, trial % 2 == 0 ? "Left" : "Right"), 3, random);
+
+    const auto& found = finder.find(cloud.points);
+
+    if (!found) continue;
+    ++found_bodies;
+    wrong += count_labels(*found, cloud).wrong;
+  }
+  EXPECT_GE(found_bodies, 60) << "many of these poses are ambiguous";
+  EXPECT_LE(wrong, 2);
+}
 
 TEST(AnyPoseFinder, FindsNothingInRandomPoints) {
   std::mt19937 random(12);

@@ -164,6 +164,7 @@ play_operator() {
   play 'mocapctl take start'
   play 'mocapctl take stop'
   play 'mocapctl take list'
+  play 'mocapctl take repair'
   play 'mocapctl take retrack'
   play 'mocap-watch takes/walk.mcap'
   play 'mocapctl take export'
