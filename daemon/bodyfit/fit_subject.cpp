@@ -14,15 +14,18 @@ namespace mocap::bodyfit {
 namespace {
 
 // In a held pose, a joint nearer to the rest pose than this is in rest pose, if its ancestors are, too.
+// Chosen by hand; not yet measured.
 constexpr double kMaxRestAngle_rad = 0.45;
 // Tilt of the root of a standing subject. The prior prevents a tilt that would explain low front markers of the pelvis.
+// Chosen by hand; not yet measured.
 constexpr double kUprightSigma_rad = 0.1;
 // In a held pose the labels are right, but a marker may be anywhere on its bone: hardly any marker is an outlier.
 constexpr OutlierScale kAtRestOutliers{0.4, 0.4};
 // Joints from rest pose in the first fit: wide enough for arms that hang down, and prevents a twist about axes that the
-// markers hardly observe.
+// markers hardly observe. Chosen by hand; not yet measured.
 constexpr double kInitialRestSigma_rad = 0.25;
 // Standard deviation and outlier scale of a marker before the body is fitted: markers are placed by hand.
+// Chosen by hand; not yet measured.
 constexpr double kInitialMarkerSigma_m = 0.015;
 constexpr double kInitialOutlier_m = 0.15;
 constexpr double kFrame_s = 0.01;  // frame interval for the tracker; takes have no time stamps here

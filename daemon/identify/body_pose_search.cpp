@@ -11,21 +11,22 @@
 namespace mocap::identify {
 namespace {
 
-// Hypotheses in the beam, and the largest excess of their cost over the best.
+// Hypotheses in the beam: with 96, as many labels are wrong (decision 0006). Largest excess of their cost over the
+// best: two missed detections and a residual of two standard deviations; chosen by hand, not yet measured.
 constexpr std::size_t kBeamWidth = 32;
 constexpr double kBeamCostMargin = 18.0;
-// Hypotheses with equal continuations.
+// Hypotheses with equal continuations. Chosen by hand; not yet measured.
 constexpr std::size_t kMaxEquivalent = 6;
-// Proposals for the first bone, and extended hypotheses of one step.
+// Proposals for the first bone, and extended hypotheses of one step. Chosen by hand; not yet measured.
 constexpr std::size_t kMaxSeeds = 24;
 constexpr std::size_t kMaxExpansions = 320;
 // Largest standard deviation of a joint from which a bone is searched: with one marker, with two markers, and with
-// markers that determine the bone's rotation.
+// markers that determine the bone's rotation. Chosen by hand; not yet measured.
 constexpr double kMaxJointSigma_m[] = {0.12, 0.20, 0.35};
 // Standard deviation of the far end of a bone with an unobserved rotation axis, as a fraction of the lever: joints
 // rotate by 35 degrees rms.
 constexpr double kUnseenLeverFraction = 0.6;
-// Largest cost of a joint beyond its range.
+// Largest cost of a joint beyond its range: 4.9 standard deviations. Chosen by hand; not yet measured.
 constexpr double kMaxRangeCost = 12.0;
 
 // Whether each of these points, some of which may be negative, is one of `count` points.

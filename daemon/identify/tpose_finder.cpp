@@ -17,16 +17,20 @@ namespace {
 using geometry::UprightFit;
 
 // Gate of the score of a placement, which is rigid and scaled: wide enough for arms that hang a little and for longer
-// bones.
+// bones. Chosen by hand; not yet measured.
 constexpr double kWideGate_m = 0.15;
 // Standard deviation of a marker in a joint, and of a marker on the skin from its offset in the file.
+// Chosen by hand; not yet measured.
 constexpr double kTPoseJointSigma_m = 0.004;
 constexpr double kTPoseSkinSigma_m = 0.010;
-// Standard deviation of a joint from the rest pose for a person who holds that pose: 8 degrees.
+// Standard deviation of a joint from the rest pose for a person who holds that pose: 8 degrees. Chosen by
+// hand; not yet measured.
 constexpr double kPoseSigma_rad = 0.14;
-// Largest height difference of a pair of points from the pair of markers: more is no T-pose.
+// Largest height difference of a pair of points from the pair of markers: more is no T-pose. Chosen by hand; not yet
+// measured.
 constexpr double kMaxTilt_m = 0.3;
 // Pairs of markers that propose placements. One marker is in few pairs, so that one hidden marker leaves others.
+// Chosen by hand; not yet measured.
 constexpr std::size_t kMaxAnchors = 12;
 constexpr std::size_t kMaxAnchorUses = 4;
 constexpr int kFitIterations = 12;

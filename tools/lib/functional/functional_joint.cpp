@@ -17,12 +17,15 @@ namespace mocap::functional {
 namespace {
 
 // Standard deviations of a marker on its segment (skin) and of a joint from the middle of the two nearest markers.
-// Their ratio is the weight of the latter for each frame.
+// Their ratio is the weight of the latter for each frame. Chosen by hand; not yet measured.
 constexpr double kSkin_m = 0.005;
 constexpr double kPrior_m = 0.1;
+// A joint is a hinge if it rotates by at least this range about one axis, and about the others by at most this fraction
+// of it. Chosen by hand; not yet measured.
 constexpr double kMinHingeRange_rad = 20.0 * std::numbers::pi / 180.0;
 constexpr double kMaxOffAxisFraction = 0.25;
 // Fraction of the rotations that is left out at each end of a range: exchanged labels rotate segments.
+// Chosen by hand; not yet measured.
 constexpr double kOutsideRange = 0.01;
 
 struct NearestMarkers {

@@ -8,6 +8,7 @@
 namespace mocap::functional {
 namespace {
 
+// Fraction of the distances that is kept: exchanged labels give outliers. Chosen by hand; not yet measured.
 constexpr double kKeptFraction = 0.99;
 
 // The standard deviation of the distance of two markers, m, without the distances that deviate most; infinite if too
