@@ -10,6 +10,9 @@
 namespace mocap::label {
 namespace {
 
+// Measured labels that determine the pose of a body at least in part; with fewer, it rotates freely (decision 0020).
+constexpr std::size_t kMinPoseLabels = 3;
+
 // Residual from which on a marker is an outlier of the robust pose fit. Chosen by hand; not yet measured.
 constexpr double kOutlier_m = 0.02;
 // A label leaves a track that was not detected for more sets: by then the body predicts the marker better than the
@@ -284,8 +287,8 @@ bool SubjectLabeller::follows_wrong_tracks() const {
 void SubjectLabeller::check_loss(LabelledTracks& tracks, Timestamp at) {
   std::size_t count = 0;
   for (std::size_t m = 0; m < memories_.size(); ++m) count += is_measured(m, tracks) ? 1 : 0;
-  if (count > 0) measured_at_ = at;
-  if (4 * count >= memories_.size() && count >= 3) enough_at_ = at;
+  if (count >= kMinPoseLabels) determined_at_ = at;
+  if (4 * count >= memories_.size() && count >= kMinPoseLabels) enough_at_ = at;
   if (!follows_wrong_tracks()) plausible_at_ = at;
   if (at - enough_at_ <= settings_.lost_after && at - plausible_at_ <= settings_.lost_after) return;
   for (std::size_t m = 0; m < memories_.size(); ++m) release(m, tracks);
@@ -294,7 +297,7 @@ void SubjectLabeller::check_loss(LabelledTracks& tracks, Timestamp at) {
 }
 
 bool SubjectLabeller::is_out_of_sight(Timestamp at, Duration step) const {
-  return at - measured_at_ > std::max(from_s(kLabelMemory_s), 2 * step);
+  return at - determined_at_ > std::max(from_s(kLabelMemory_s), 2 * step);
 }
 
 void SubjectLabeller::lose() {
@@ -337,7 +340,7 @@ bool SubjectLabeller::recognise(const RecognisedSubject& found, LabelledTracks& 
     return false;
   }
   phase_ = SubjectPhase::Tracking;
-  measured_at_ = enough_at_ = plausible_at_ = at;
+  determined_at_ = enough_at_ = plausible_at_ = at;
   return true;
 }
 

@@ -97,8 +97,9 @@ class SubjectLabeller {
   void assign(std::size_t marker, std::uint32_t track, LabelledTracks& tracks);
   /// Removes labels that contradict the fitted pose, labels limbs as a whole, and commits the pose of this set.
   void revise(LabelledTracks& tracks);
-  /// Whether no label was measured for so long that the predicted pose cannot tell the markers apart. To be asked
-  /// before the labels of a set, also after a gap between sets. `step`: the time between the two sets before.
+  /// Whether too few labels for a pose were measured for so long that the predicted pose cannot tell the markers apart.
+  /// To be asked before the labels of a set, also after a gap between sets. `step`: the time between the two sets
+  /// before.
   bool is_out_of_sight(Timestamp at, Duration step) const;
   /// Ends the tracking, phase Lost.
   void lose();
@@ -232,9 +233,9 @@ class SubjectLabeller {
   pose::SkeletonTracker body_;
   SubjectPhase phase_ = SubjectPhase::Searching;
   Timestamp at_;
-  Timestamp measured_at_;   // last set with a measured label
-  Timestamp enough_at_;     // last set with enough labels
-  Timestamp plausible_at_;  // last set in which the body did not follow wrong tracks
+  Timestamp determined_at_;  // last set with enough measured labels to determine a pose
+  Timestamp enough_at_;      // last set with enough labels
+  Timestamp plausible_at_;   // last set in which the body did not follow wrong tracks
   std::vector<LabelMemory> memories_;
   std::vector<PredictedPlace> places_;
   std::vector<kinematics::Observation> observations_;  // of the accepted labels in this set

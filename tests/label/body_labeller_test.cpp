@@ -242,15 +242,18 @@ TEST(BodyLabeller, IdentifiesABodyAgainWithinHalfASecondOfABlackout) {
   }
 }
 
-// After such a gap the predicted pose would give labels to other markers' tracks (decision 0019).
-TEST(BodyLabeller, LosesABodyThatWasNotMeasuredForAFifthOfASecond) {
+// After such a gap the predicted pose would give labels to other markers' tracks (decision 0019). Two markers do not
+// determine a pose (decision 0020).
+TEST(BodyLabeller, LosesABodyOfWhichFewerThanThreeMarkersWereMeasuredForAFifthOfASecond) {
   for (const char* name : {"openmocap18", "baseline41"}) {
-    World world(name);
-    world.step(kTPoseSets + 70);
-    world.hide_all();
-    world.step(static_cast<int>(0.2 / kStep_s) + 1);
+    for (const std::size_t seen : {0, 1, 2}) {
+      World world(name);
+      world.step(kTPoseSets + 70);
+      for (std::size_t m = seen; m < world.labels().markers.size(); ++m) world.hide(m);
+      world.step(static_cast<int>(0.2 / kStep_s) + 1);
 
-    EXPECT_EQ(world.labels().phase, SubjectPhase::Lost) << name;
+      EXPECT_EQ(world.labels().phase, SubjectPhase::Lost) << name << seen;
+    }
   }
 }
 
