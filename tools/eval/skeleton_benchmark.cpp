@@ -32,7 +32,8 @@ scored.
 
 modes: given (the true body), first5 (body fitted to the labelled markers of the
 first 5 s), all (of the whole clip), live (marker set alone, as of an unknown
-person).
+person), bound (no run: the Cramer-Rao bound of a solver of single frames that
+is given body and labels; of interest with --soft-tissue).
 noise: none, solver (MoCap-Solver: in each frame a share of min(|N(0,0.1)|,0.2)
 hidden, as many shifted by up to 0.3 m), and those of benchmark labels.
 

@@ -45,8 +45,7 @@ class Drifting {
 class SoftTissue {
  public:
   SoftTissue(const MarkerSet& body, const PosedClipSettings& settings) {
-    // An rms distance has three axes; bone and marker have half of the variance each.
-    const double sigma_m = 1e-3 * settings.soft_tissue_mm / std::sqrt(6.0);
+    const double sigma_m = soft_tissue_sigma_m(settings.soft_tissue_mm);
     const auto process = [&](std::uint64_t stream) {
       return Drifting(sigma_m, 1.0 / settings.rate_hz, scene::Random(scene::mixed(settings.seed + 1) + stream));
     };
@@ -97,11 +96,15 @@ Result<std::unique_ptr<scene::Actor>> actor_of(const std::string& motion, const 
 
 }  // namespace
 
+// An rms distance has three axes; bone and marker have half of the variance each.
+double soft_tissue_sigma_m(double rms_mm) { return 1e-3 * rms_mm / std::sqrt(6.0); }
+
 Result<PosedClip> make_posed_clip(const std::string& motion, const std::filesystem::path& marker_set_file,
                                   const PosedClipSettings& settings) {
   Result<MarkerSet> given = settings::load_marker_set(marker_set_file);
   if (!given) return given.error();
   PosedClip made;
+  made.soft_tissue_mm = settings.soft_tissue_mm;
   made.body = simworld::true_body(*given, settings.size, settings.marker_error_mm, scene::Random(settings.seed));
   auto actor = actor_of(motion, made.body);
   if (!actor) return actor.error();

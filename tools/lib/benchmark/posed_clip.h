@@ -30,13 +30,18 @@ struct PosedClipSettings {
 /// A motion of which markers and bones are known in each frame, world frame, z up. It begins with 2 s of T-pose and 1 s
 /// of transition.
 struct PosedClip {
-  LabelledClip clip;        ///< with the marker set as it is in the file
-  MarkerSet body;           ///< the true bone lengths and marker offsets
-  std::vector<Pose> poses;  ///< world_from_bone, frame after frame, one for each bone
-  std::size_t begin = 0;    ///< first frame of the motion itself
+  LabelledClip clip;            ///< with the marker set as it is in the file
+  MarkerSet body;               ///< the true bone lengths and marker offsets
+  std::vector<Pose> poses;      ///< world_from_bone, frame after frame, one for each bone
+  std::size_t begin = 0;        ///< first frame of the motion itself
+  double soft_tissue_mm = 0.0;  ///< as PosedClipSettings
 
   const Pose* bones(std::size_t frame) const { return &poses[frame * body.skeleton.bones.size()]; }
 };
+
+/// Standard deviation, each axis, of each of the two displacements by soft tissue: one is common to the markers of a
+/// bone, one is of the marker alone.
+double soft_tissue_sigma_m(double rms_mm);
 
 /// Moves the body of a marker set by a BVH file, or by a program of acts such as "walk:5,wave".
 ///

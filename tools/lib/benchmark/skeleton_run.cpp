@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "lib/benchmark/point_pipeline.h"
+#include "lib/benchmark/skeleton_bound.h"
 #include "lib/thread_time.h"
 #include "scene/ring_rig.h"
 
@@ -37,57 +36,6 @@ Result<Subject> posed_subject_of(const PosedClip& posed, SkeletonKnown mode) {
   return Subject{"benchmark", std::move(fit->marker_set), true};
 }
 
-double degrees_between(const Eigen::Quaterniond& one, const Eigen::Quaterniond& other) {
-  return one.angularDistance(other) * 180.0 / std::numbers::pi;
-}
-
-// Errors of all joints so far.
-class Errors {
- public:
-  explicit Errors(const Skeleton& skeleton) : counts_(skeleton.bones.size()) {
-    for (const Bone& bone : skeleton.bones) bones_.push_back({bone.name});
-  }
-
-  void add(const SubjectPose& pose, const Pose* truth) {
-    ++posed_;
-    for (std::size_t b = 0; b < pose.bones.size(); ++b) {
-      const BonePose& bone = pose.bones[b];
-      if (bone.state == BoneState::Lost) continue;
-      const double joint_cm = 100.0 * (bone.world_from_bone.position - truth[b].position).norm();
-      joints_cm_.push_back(joint_cm);
-      bones_[b].joint_cm += joint_cm;
-      bones_[b].rotation_deg += degrees_between(bone.world_from_bone.rotation, truth[b].rotation);
-      ++counts_[b];
-    }
-  }
-
-  SkeletonFigures figures(std::uint64_t frames) {
-    SkeletonFigures figures;
-    figures.frames = frames;
-    if (joints_cm_.empty()) return figures;
-    const auto joints = static_cast<double>(joints_cm_.size());
-    figures.posed_share = static_cast<double>(posed_) / static_cast<double>(frames);
-    figures.joint_cm = figures.rotation_deg = 0.0;
-    for (std::size_t b = 0; b < bones_.size(); ++b) {
-      figures.joint_cm += bones_[b].joint_cm / joints;
-      figures.rotation_deg += bones_[b].rotation_deg / joints;
-      bones_[b].joint_cm /= std::max(1.0, counts_[b]);
-      bones_[b].rotation_deg /= std::max(1.0, counts_[b]);
-    }
-    figures.bones = bones_;
-    const auto high = joints_cm_.begin() + static_cast<std::ptrdiff_t>(joints_cm_.size() * 99 / 100);
-    std::ranges::nth_element(joints_cm_, high);
-    figures.joint_p99_cm = *high;
-    return figures;
-  }
-
- private:
-  std::vector<double> joints_cm_;
-  std::vector<BoneFigures> bones_;  // sums
-  std::vector<double> counts_;
-  std::uint64_t posed_ = 0;
-};
-
 }  // namespace
 
 std::optional<SkeletonKnown> skeleton_mode_named(std::string_view name) {
@@ -98,6 +46,7 @@ std::optional<SkeletonKnown> skeleton_mode_named(std::string_view name) {
 
 Result<SkeletonFigures> run_skeleton(const PosedClip& posed, SkeletonKnown mode, const PointNoise& noise,
                                      std::uint64_t seed) {
+  if (mode == SkeletonKnown::Bound) return skeleton_bound(posed, noise, seed);
   const LabelledClip& clip = posed.clip;
   const auto subject = posed_subject_of(posed, mode);
   if (!subject) return subject.error();
@@ -109,7 +58,7 @@ Result<SkeletonFigures> run_skeleton(const PosedClip& posed, SkeletonKnown mode,
   settings.nominal_rate_hz = clip.rate_hz;
   settings.rig = scene::ring_rig({});  // required, but no camera takes part
   PointPipeline pipeline(settings);
-  Errors errors(posed.body.skeleton);
+  SkeletonErrors errors(posed.body.skeleton);
   double spent_s = 0.0;
   for (std::size_t i = 0; i < clip.frames(); ++i) {
     const double begun_s = to_s(thread_time());
