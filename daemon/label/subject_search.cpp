@@ -20,6 +20,9 @@ constexpr double kMinResidualSigma_m = 0.0025;
 // Time after which a fitted body that was not found in any pose is also searched for in calibration poses, as if it was
 // not fitted: another person may wear the markers. Chosen by hand; not yet measured.
 constexpr Duration kUnknownBodyDelay = std::chrono::seconds(3);
+// LabelSettings::search_work is the work of a set at this rate; at 15 Hz or less it is eight times as much.
+constexpr double kWorkRate_hz = 120.0;
+constexpr double kMaxWorkSets = 8.0;
 constexpr int kFitIterations = 12;
 constexpr int kVerificationIterations = 4;
 
@@ -76,6 +79,7 @@ void SubjectSearch::adopt(SubjectSearch& before) {
   not_found_at_ = before.not_found_at_;
   sets_to_verify_ = before.sets_to_verify_;
   max_residual_m_ = before.max_residual_m_;
+  stepped_at_ = before.stepped_at_;
   found_ = before.found_;
 }
 
@@ -126,11 +130,20 @@ void SubjectSearch::select_cluster(std::size_t most) {
   track_of_point_.resize(most);
 }
 
+// The work of a search in this set. At low rates it is in proportion to the time since the set before: a search takes
+// as long, and the person has moved as little when it ends (decision 0021).
+std::size_t SubjectSearch::work_until(Timestamp at) {
+  const double sets = stepped_at_ ? to_s(at - *stepped_at_) * kWorkRate_hz : 1.0;
+  stepped_at_ = at;
+  return static_cast<std::size_t>(std::clamp(sets, 1.0, kMaxWorkSets) * static_cast<double>(settings_.search_work));
+}
+
 const RecognisedSubject* SubjectSearch::step(const LabelledTracks& tracks, const StationaryTracks& stationary,
                                              Timestamp at) {
+  const std::size_t work = work_until(at);
   if (sets_to_verify_ > 0) return verify(tracks);
   if (any_pose_.searching()) {
-    if (!any_pose_.advance(settings_.search_work)) return nullptr;
+    if (!any_pose_.advance(work)) return nullptr;
     if (any_pose_.found()) begin_verification();
     if (!any_pose_.found() && !not_found_at_) not_found_at_ = at;
     return nullptr;
@@ -229,8 +242,9 @@ bool SubjectSearch::is_unobserved(const LabelledTracks& tracks) const {
   return is_there;
 }
 
-// Verifies the identification in one set: removes tracks outside the gate, and ends the verification if fewer than half
-// of the markers remain. A set that could measure none of them is no evidence.
+// Verifies the identification in one set: removes tracks outside the gate. Ends the verification if these are more than
+// half of the tracks that were measured, or if fewer than a quarter of the markers remain, which is the least that
+// keeps a body tracked. A marker that is not measured is no evidence (decision 0021).
 const RecognisedSubject* SubjectSearch::verify(const LabelledTracks& tracks) {
   if (is_unobserved(tracks)) return nullptr;
   (void)fit(tracks, found_, kVerificationIterations);
@@ -246,7 +260,7 @@ const RecognisedSubject* SubjectSearch::verify(const LabelledTracks& tracks) {
     }
   }
   std::copy(pose_fit_.locals().begin(), pose_fit_.locals().end(), found_.locals.begin());
-  if (2 * kept_count < set_.markers.size()) {
+  if (2 * kept_count < observations_.size() || 4 * kept_count < set_.markers.size()) {
     stop();
     return nullptr;
   }
@@ -263,7 +277,7 @@ std::optional<double> SubjectSearch::residual_cost(const RecognisedSubject& othe
 // As in `adopt`, the other finders have no belief.
 void SubjectSearch::archive(Archive& members) {
   members(fitted_, search_apose_next_, any_pose_, pose_fit_, track_of_point_, random_, searched_at_, not_found_at_);
-  members(sets_to_verify_, max_residual_m_, found_);
+  members(stepped_at_, sets_to_verify_, max_residual_m_, found_);
   if (!members.is_reading()) return;
   const bool has_tracks = !any_pose_.searching() || any_pose_.point_count() <= track_of_point_.size();
   const bool has_pose =

@@ -84,6 +84,7 @@ class SubjectSearch {
   void begin_verification();
   bool is_unobserved(const LabelledTracks& tracks) const;
   const RecognisedSubject* verify(const LabelledTracks& tracks);
+  std::size_t work_until(Timestamp at);
   double fit(const LabelledTracks& tracks, const RecognisedSubject& recognised, int iterations);
 
   LabelSettings settings_;
@@ -103,6 +104,7 @@ class SubjectSearch {
   std::vector<kinematics::Observation> observations_;
   std::optional<Timestamp> searched_at_;   // last search for a calibration pose
   std::optional<Timestamp> not_found_at_;  // first failure in any pose
+  std::optional<Timestamp> stepped_at_;    // last set
   int sets_to_verify_ = 0;
   double max_residual_m_ = 0.0;
   RecognisedSubject found_;
