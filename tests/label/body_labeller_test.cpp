@@ -50,7 +50,7 @@ class World {
 
   void exchange(std::size_t a, std::size_t b) { std::swap(tracks_[a].id, tracks_[b].id); }
   void shift(std::size_t m, const Eigen::Vector3d& by) { tracks_[m].off = by; }
-  void hide(std::size_t m) { tracks_[m].hidden = true; }
+  void hide(std::size_t m, bool hidden = true) { tracks_[m].hidden = hidden; }
   void hide_all() {
     for (std::size_t m = 0; m < tracks_.size(); ++m) hide(m);
   }
@@ -240,6 +240,38 @@ TEST(BodyLabeller, IdentifiesABodyAgainWithinHalfASecondOfABlackout) {
 
     EXPECT_GE(world.correct_count(), static_cast<int>(world.labels().markers.size()) * 9 / 10) << name;
   }
+}
+
+// A marker that is not measured is no evidence against the body that was found (decision 0021).
+TEST(BodyLabeller, IdentifiesABodyOfWhichHalfIsMissedInEachSetOfTheVerification) {
+  constexpr bool kIsFitted = true;
+  World world("baseline41", kIsFitted);
+  world.skip(kTPoseSets + 100);
+  world.step();
+  for (std::size_t i = 0; i < 30 && world.labels().phase != SubjectPhase::Tracking; ++i) {
+    for (std::size_t m = 0; m < world.labels().markers.size(); ++m) world.hide(m, (m + i) % 2 == 0);
+    world.step();
+  }
+
+  EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking);
+  EXPECT_EQ(world.wrong_count(), 0);
+}
+
+// The work of a search is in proportion to the time between sets (decision 0021).
+TEST(BodyLabeller, FindsABodyInFewerSetsAtALowerRate) {
+  const auto sets_until_tracking = [](int steps_of_a_set) {
+    constexpr bool kIsFitted = true;
+    World world("baseline41", kIsFitted);
+    world.skip(kTPoseSets + 100);
+    int sets = 1;
+    for (world.step(); sets < 60 && world.labels().phase != SubjectPhase::Tracking; ++sets) {
+      world.skip(steps_of_a_set - 1);
+      world.step();
+    }
+    return sets;
+  };
+
+  EXPECT_LT(sets_until_tracking(4), sets_until_tracking(1));
 }
 
 // After such a gap the predicted pose would give labels to other markers' tracks (decision 0019). Two markers do not
