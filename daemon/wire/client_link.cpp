@@ -39,6 +39,7 @@ void ClientLink::watch(void* context, void* socket, bool has_keys) {
                           ZMQ_EVENT_CLOSED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                           ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
   close();
+  context_ = context;
   has_keys_ = has_keys;
   handshake_running_ = failed_since_watch_ = false;
   // The previous monitor and those of other links in the context may still exist: each has its own address.
@@ -57,10 +58,16 @@ void ClientLink::close() {
   if (watched_ != nullptr) zmq_socket_monitor(watched_, nullptr, 0);
   if (monitor_ != nullptr) zmq_close(monitor_);
   watched_ = monitor_ = nullptr;
+  greeting_.close();
   status_.connected = false;
 }
 
 void ClientLink::read() {
+  read_monitor();
+  if (greeting_.is_asking()) note(greeting_.read());
+}
+
+void ClientLink::read_monitor() {
   // An event has two parts: kind and value, then the address.
   constexpr std::size_t kEvent_bytes = sizeof(std::uint16_t) + sizeof(std::uint32_t);
   char event[kEvent_bytes];
@@ -81,51 +88,63 @@ void ClientLink::note(std::uint16_t kind, std::uint32_t value) {
       status_.connected = true;
       ++status_.connections;
       status_.fault = LinkFault::None;
-      handshake_running_ = false;
-      failed_in_a_row_ = 0;
+      handshake_running_ = failed_since_watch_ = cause_known_ = false;
+      greeting_.close();
       return;
     case ZMQ_EVENT_DISCONNECTED:
       status_.connected = false;
       // A disconnect during the handshake without an error: the peer is another type of ZeroMQ socket.
-      if (handshake_running_) fail(LinkFault::NotADaemon);
+      if (handshake_running_) fail_perhaps_for(LinkFault::NotADaemon);
       return;
     case ZMQ_EVENT_CLOSED:
       ++status_.refused;
       status_.fault = LinkFault::NothingListens;
-      failed_in_a_row_ = 0;
+      failed_since_watch_ = cause_known_ = false;
+      greeting_.close();
       return;
-    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: return fail(LinkFault::KeyRefused);
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH: return fail_for(LinkFault::KeyRefused);
     case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
-      if (value != ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH) return fail(LinkFault::NotADaemon);
-      return fail(has_keys_ ? LinkFault::KeyNotWanted : LinkFault::KeyMissing);
+      if (value != ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH) return fail_perhaps_for(LinkFault::NotADaemon);
+      return fail_for(has_keys_ ? LinkFault::KeyNotWanted : LinkFault::KeyMissing);
     case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
       // The server closed the connection: because of the keys, or because it speaks another protocol.
-      if (value != EPIPE) return fail(LinkFault::NotADaemon);
-      return fail(has_keys_ ? LinkFault::ServerKeyWrong : LinkFault::ClosedByPeer);
+      if (value != EPIPE) return fail_perhaps_for(LinkFault::NotADaemon);
+      return fail_perhaps_for(has_keys_ ? LinkFault::ServerKeyWrong : LinkFault::ClosedByPeer);
     default: return;
   }
 }
 
-bool ClientLink::is_precise() const {
-  return status_.fault == LinkFault::KeyMissing || status_.fault == LinkFault::KeyNotWanted ||
-         status_.fault == LinkFault::KeyRefused;
+void ClientLink::note(Greeting greeting) {
+  if (greeting == Greeting::Unknown) return;
+  const bool refused_key = greeting == Greeting::WithKeys && status_.fault == LinkFault::KeyRefused;
+  if (greeting == Greeting::NotZeroMq) status_.fault = LinkFault::NotADaemon;
+  if (greeting == Greeting::WithoutKeys) status_.fault = has_keys_ ? LinkFault::KeyNotWanted : LinkFault::NotADaemon;
+  if (greeting == Greeting::WithKeys && !refused_key)
+    status_.fault = has_keys_ ? LinkFault::ServerKeyWrong : LinkFault::KeyMissing;
+  cause_known_ = true;
 }
 
-Duration ClientLink::retry_after() const {
-  // Which fault is seen depends on the side that closes the connection first: a vague one is tried again soon.
-  constexpr int kSoon = 40;
-  return is_precise() || failed_in_a_row_ > kSoon ? std::chrono::milliseconds(500) : std::chrono::milliseconds(50);
-}
-
-void ClientLink::fail(LinkFault fault) {
+void ClientLink::fail() {
   ++status_.failed_handshakes;
-  const bool vague =
-      fault == LinkFault::NotADaemon || fault == LinkFault::ClosedByPeer || fault == LinkFault::ServerKeyWrong;
-  if (!(vague && is_precise())) status_.fault = fault;
   handshake_running_ = false;
   failed_since_watch_ = true;
-  ++failed_in_a_row_;
   failed_at_ = std::chrono::steady_clock::now();
+}
+
+void ClientLink::fail_for(LinkFault cause) {
+  fail();
+  status_.fault = cause;
+  cause_known_ = true;
+  greeting_.close();
+}
+
+// A cause that is known stays until the greeting says otherwise.
+void ClientLink::fail_perhaps_for(LinkFault likeliest) {
+  fail();
+  if (!cause_known_) status_.fault = likeliest;
+  char endpoint[256] = {};
+  std::size_t length = sizeof(endpoint);
+  if (zmq_getsockopt(watched_, ZMQ_LAST_ENDPOINT, endpoint, &length) == 0) greeting_.ask(context_, endpoint);
 }
 
 }  // namespace mocap::wire

@@ -11,16 +11,17 @@ import time
 import zmq
 import zmq.utils.z85
 
+from .greeting import Greeting, PeerGreeting
+
 MECHANISM_MISMATCH = 0x11000002  # ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH
 EPIPE = 32
-PRECISE_RETRY_S, VAGUE_RETRY_S = 0.5, 0.05
-SOON = 40  # attempts after a vague fault that follow soon
+RETRY_AFTER_S = 0.5
 
 
 class Fault(enum.Enum):
     NOTHING_LISTENS = enum.auto()
     NOT_A_DAEMON = enum.auto()
-    CLOSED_BY_PEER = enum.auto()  # in the handshake with a client without keys
+    CLOSED_BY_PEER = enum.auto()  # in the handshake with a client without keys; its greeting is not known
     KEY_MISSING = enum.auto()
     KEY_NOT_WANTED = enum.auto()
     KEY_REFUSED = enum.auto()
@@ -38,8 +39,6 @@ _SENTENCES = {
     Fault.SERVER_KEY_WRONG: "{at} does not have the server key of this client, or uses no keys: give server_key the public key in the file "
                             "of [security] server_key there; or this is another of its ports: compare the port with {setting}",
 }
-_PRECISE = (Fault.KEY_MISSING, Fault.KEY_NOT_WANTED, Fault.KEY_REFUSED)
-_VAGUE = (Fault.NOT_A_DAEMON, Fault.CLOSED_BY_PEER, Fault.SERVER_KEY_WRONG)
 
 
 def explain(fault, endpoint, setting):
@@ -85,7 +84,8 @@ class Link:
         self.fault = None  # of the last failed attempt
         self._kind, self._keys, self._options, self._topics = kind, keys, options, topics
         self._context = zmq.Context()
-        self._failed_in_a_row = 0
+        self._greeting = PeerGreeting(self._context)
+        self._cause_known = False  # of `fault`
         self._failed_at = None  # of the newest socket
         self._handshake_running = False
         self.socket = self._monitor = None
@@ -104,6 +104,7 @@ class Link:
             self.socket.disable_monitor()
             self._monitor.close(linger=0)
             self.socket.close(linger=0)
+            self._greeting.close()
             self._set_connected(False)
         self._failed_at, self._handshake_running = None, False
         self.socket = self._context.socket(self._kind)
@@ -121,19 +122,13 @@ class Link:
 
     def watch(self):
         """Processes the events since the last call."""
-        while True:
-            try:
-                event, _ = self._monitor.recv_multipart(zmq.DONTWAIT)
-            except zmq.Again:
-                return
-            self._note(*struct.unpack("=HI", event[:6]))
+        self._read_monitor()
+        if (greeting := self._greeting.read()) is not None:
+            self._note_greeting(greeting)
 
     def gave_up(self):
-        """Whether to open the socket anew after a failed handshake: the next attempt may reveal a more precise fault."""
-        if self._failed_at is None or self._failed_in_a_row == 0:
-            return False
-        slow = self.fault in _PRECISE or self._failed_in_a_row > SOON
-        return time.monotonic() - self._failed_at > (PRECISE_RETRY_S if slow else VAGUE_RETRY_S)
+        """Whether to open the socket anew after a failed handshake: the next attempt may succeed, or reveal a more precise fault."""
+        return self._failed_at is not None and time.monotonic() - self._failed_at > RETRY_AFTER_S
 
     def explain(self, setting):
         return explain(self.fault, self.endpoint, setting)
@@ -143,13 +138,43 @@ class Link:
             self.since_ns = time.monotonic_ns()
         self.connected = connected
 
-    def _failed(self, fault):
-        # The reported fault depends on which side closes the connection first. A precise fault is kept over a vague one.
-        if not (fault in _VAGUE and self.fault in _PRECISE):
-            self.fault = fault
+    def _read_monitor(self):
+        while True:
+            try:
+                event, _ = self._monitor.recv_multipart(zmq.DONTWAIT)
+            except zmq.Again:
+                return
+            self._note(*struct.unpack("=HI", event[:6]))
+
+    def _failed(self):
         self._handshake_running = False
-        self._failed_in_a_row += 1
         self._failed_at = time.monotonic()
+
+    def _failed_for(self, cause):
+        self._failed()
+        self.fault, self._cause_known = cause, True
+        self._greeting.close()
+
+    def _failed_perhaps_for(self, likeliest):
+        # A cause that is known stays until the greeting says otherwise.
+        self._failed()
+        if not self._cause_known:
+            self.fault = likeliest
+        self._greeting.ask(self.endpoint)
+
+    def _settle(self, fault):  # the attempt has ended without a failed handshake
+        self.fault, self._failed_at, self._cause_known, self._handshake_running = fault, None, False, False
+        self._greeting.close()
+
+    def _note_greeting(self, greeting):
+        has_keys = self._keys is not None
+        if greeting == Greeting.NOT_ZEROMQ:
+            self.fault = Fault.NOT_A_DAEMON
+        elif greeting == Greeting.WITHOUT_KEYS:
+            self.fault = Fault.KEY_NOT_WANTED if has_keys else Fault.NOT_A_DAEMON
+        elif self.fault != Fault.KEY_REFUSED:
+            self.fault = Fault.SERVER_KEY_WRONG if has_keys else Fault.KEY_MISSING
+        self._cause_known = True
 
     def _note(self, event, value):
         has_keys = self._keys is not None
@@ -158,18 +183,20 @@ class Link:
         elif event == zmq.EVENT_HANDSHAKE_SUCCEEDED:
             self._set_connected(True)
             self.connections += 1
-            self.fault, self._handshake_running, self._failed_in_a_row = None, False, 0
+            self._settle(None)
         elif event == zmq.EVENT_DISCONNECTED:
             self._set_connected(False)
             if self._handshake_running:  # without an error: the peer is another type of ZeroMQ socket
-                self._failed(Fault.NOT_A_DAEMON)
+                self._failed_perhaps_for(Fault.NOT_A_DAEMON)
         elif event == zmq.EVENT_CLOSED:
-            self.fault, self._failed_in_a_row = Fault.NOTHING_LISTENS, 0
+            self._settle(Fault.NOTHING_LISTENS)
         elif event == zmq.EVENT_HANDSHAKE_FAILED_AUTH:
-            self._failed(Fault.KEY_REFUSED)
+            self._failed_for(Fault.KEY_REFUSED)
         elif event == zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL:
-            mismatch = Fault.KEY_NOT_WANTED if has_keys else Fault.KEY_MISSING
-            self._failed(mismatch if value == MECHANISM_MISMATCH else Fault.NOT_A_DAEMON)
+            if value == MECHANISM_MISMATCH:
+                self._failed_for(Fault.KEY_NOT_WANTED if has_keys else Fault.KEY_MISSING)
+            else:
+                self._failed_perhaps_for(Fault.NOT_A_DAEMON)
         elif event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL:
             closed = Fault.SERVER_KEY_WRONG if has_keys else Fault.CLOSED_BY_PEER
-            self._failed(closed if value == EPIPE else Fault.NOT_A_DAEMON)
+            self._failed_perhaps_for(closed if value == EPIPE else Fault.NOT_A_DAEMON)
