@@ -37,7 +37,7 @@ void PeerGreeting::close() {
 // A part of the greeting: the program sends the rest of its own, and waits for ours while this reads it.
 void PeerGreeting::send_greeting(const void* peer, std::size_t length) {
   constexpr unsigned char kOurs[kUntilMechanism] = {0xff, 0, 0, 0, 0, 0, 0, 0, 1, 0x7f, kOldestMajor, 0};
-  zmq_send(stream_, peer, length, ZMQ_SNDMORE | ZMQ_DONTWAIT);
+  if (zmq_send(stream_, peer, length, ZMQ_SNDMORE | ZMQ_DONTWAIT) < 0) return;
   zmq_send(stream_, kOurs, sizeof(kOurs), ZMQ_DONTWAIT);
 }
 

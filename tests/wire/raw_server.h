@@ -54,8 +54,9 @@ class RawServer {
     received_[id] += bytes.bytes();
     const std::optional<std::string> said = answer_(received_[id]);
     if (said && said->empty()) return;
-    zmq_send(socket_.get(), id.data(), id.size(), ZMQ_SNDMORE);
-    zmq_send(socket_.get(), said.value_or("").data(), said ? said->size() : 0, 0);
+    // Without waiting: the client may have closed the connection, and then only reading frees its queue.
+    if (zmq_send(socket_.get(), id.data(), id.size(), ZMQ_SNDMORE | ZMQ_DONTWAIT) < 0) return;
+    zmq_send(socket_.get(), said.value_or("").data(), said ? said->size() : 0, ZMQ_DONTWAIT);
   }
 
   Answer answer_;

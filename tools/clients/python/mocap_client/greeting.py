@@ -1,5 +1,6 @@
 """Asks a program which security it uses, as daemon/wire/peer_greeting.h does: ZMTP's greeting (RFC 37/ZMTP) names its mechanism."""
 
+import contextlib
 import enum
 
 import zmq
@@ -57,7 +58,8 @@ class PeerGreeting:
                 self.close()
             elif not part:
                 self._connected = True
-                self._stream.send_multipart([peer, OURS], zmq.DONTWAIT)
+                with contextlib.suppress(zmq.ZMQError):  # the program has closed the connection
+                    self._stream.send_multipart([peer, OURS], zmq.DONTWAIT)
             self._received += part
             if (answer := mechanism(self._received)) is not None:
                 self.close()
