@@ -11,8 +11,9 @@ namespace {
 
 // Bounds the time of a search for a calibration pose. Chosen by hand; not yet measured.
 constexpr std::size_t kMaxSearchPoints = 160;
-// Sets for which an identification must fit: at 120 Hz a person at 1 m/s moves 3 cm meanwhile, and clutter does not.
-constexpr int kVerificationSets = 4;
+// Time for which an identification must fit, and one set at least: a person at 1 m/s moves 3 cm meanwhile, and clutter
+// does not.
+constexpr Duration kVerificationTime = std::chrono::milliseconds(30);
 // Gate of a marker in the verification, on the rms residual of the search, which is at least 2.5 mm. Chosen by hand;
 // not yet measured.
 constexpr double kVerificationSigmas = 4.0;
@@ -77,7 +78,7 @@ void SubjectSearch::adopt(SubjectSearch& before) {
   points_.swap(before.points_);
   searched_at_ = before.searched_at_;
   not_found_at_ = before.not_found_at_;
-  sets_to_verify_ = before.sets_to_verify_;
+  verified_since_ = before.verified_since_;
   max_residual_m_ = before.max_residual_m_;
   stepped_at_ = before.stepped_at_;
   found_ = before.found_;
@@ -90,7 +91,7 @@ void SubjectSearch::forget_body() {
 
 void SubjectSearch::stop() {
   any_pose_.begin({});
-  sets_to_verify_ = 0;
+  verified_since_.reset();
   searched_at_.reset();
   not_found_at_.reset();
 }
@@ -141,13 +142,20 @@ std::size_t SubjectSearch::work_until(Timestamp at) {
 const RecognisedSubject* SubjectSearch::step(const LabelledTracks& tracks, const StationaryTracks& stationary,
                                              Timestamp at) {
   const std::size_t work = work_until(at);
-  if (sets_to_verify_ > 0) return verify(tracks);
-  if (any_pose_.searching()) {
-    if (!any_pose_.advance(work)) return nullptr;
-    if (any_pose_.found()) begin_verification();
-    if (!any_pose_.found() && !not_found_at_) not_found_at_ = at;
-    return nullptr;
+  if (verified_since_) return verify(tracks, at);
+  if (!any_pose_.searching()) {
+    if (const RecognisedSubject* const found = begin_search(tracks, stationary, at)) return found;
+    if (!any_pose_.searching()) return nullptr;
   }
+  if (!any_pose_.advance(work)) return nullptr;
+  if (any_pose_.found()) begin_verification(at);
+  if (!any_pose_.found() && !not_found_at_) not_found_at_ = at;
+  return nullptr;
+}
+
+// Searches for a rigid body or a calibration pose at once, if that is due, or begins a search in any pose.
+const RecognisedSubject* SubjectSearch::begin_search(const LabelledTracks& tracks, const StationaryTracks& stationary,
+                                                     Timestamp at) {
   const bool due = !searched_at_ || at - *searched_at_ >= settings_.search_every || at < *searched_at_;
   const bool is_unknown_body = has_fitted_body() && not_found_at_ && at - *not_found_at_ > kUnknownBodyDelay;
   if (due && (rigid() || !has_fitted_body() || is_unknown_body)) {
@@ -202,7 +210,7 @@ const RecognisedSubject* SubjectSearch::accept_calibration_pose(const identify::
   return &found_;
 }
 
-void SubjectSearch::begin_verification() {
+void SubjectSearch::begin_verification(Timestamp at) {
   const identify::FoundPose& found = *any_pose_.found();
   found_.track_of_marker.clear();
   for (const int p : found.point_of_marker)
@@ -211,7 +219,7 @@ void SubjectSearch::begin_verification() {
   found_.is_newly_fitted = false;
   found_.rms_m = found.rms_m;
   max_residual_m_ = kVerificationSigmas * std::max(kMinResidualSigma_m, found.rms_m);
-  sets_to_verify_ = kVerificationSets;
+  verified_since_ = at;
 }
 
 // Fits the pose, from the pose that was found, to the tracks of this set; returns half the sum of squared residuals.
@@ -245,7 +253,7 @@ bool SubjectSearch::is_unobserved(const LabelledTracks& tracks) const {
 // Verifies the identification in one set: removes tracks outside the gate. Ends the verification if these are more than
 // half of the tracks that were measured, or if fewer than a quarter of the markers remain, which is the least that
 // keeps a body tracked. A marker that is not measured is no evidence (decision 0021).
-const RecognisedSubject* SubjectSearch::verify(const LabelledTracks& tracks) {
+const RecognisedSubject* SubjectSearch::verify(const LabelledTracks& tracks, Timestamp at) {
   if (is_unobserved(tracks)) return nullptr;
   (void)fit(tracks, found_, kVerificationIterations);
   std::size_t kept_count = 0;
@@ -264,7 +272,9 @@ const RecognisedSubject* SubjectSearch::verify(const LabelledTracks& tracks) {
     stop();
     return nullptr;
   }
-  return --sets_to_verify_ > 0 ? nullptr : &found_;
+  if (at >= *verified_since_ && at - *verified_since_ < kVerificationTime) return nullptr;
+  verified_since_.reset();
+  return &found_;
 }
 
 std::optional<double> SubjectSearch::residual_cost(const RecognisedSubject& other, const LabelledTracks& tracks) {
@@ -277,12 +287,12 @@ std::optional<double> SubjectSearch::residual_cost(const RecognisedSubject& othe
 // As in `adopt`, the other finders have no belief.
 void SubjectSearch::archive(Archive& members) {
   members(fitted_, search_apose_next_, any_pose_, pose_fit_, track_of_point_, random_, searched_at_, not_found_at_);
-  members(stepped_at_, sets_to_verify_, max_residual_m_, found_);
+  members(stepped_at_, verified_since_, max_residual_m_, found_);
   if (!members.is_reading()) return;
   const bool has_tracks = !any_pose_.searching() || any_pose_.point_count() <= track_of_point_.size();
   const bool has_pose =
       found_.track_of_marker.size() == set_.markers.size() && found_.locals.size() == set_.skeleton.bones.size();
-  if (!has_tracks || (sets_to_verify_ > 0 && !has_pose)) members.fail();
+  if (!has_tracks || (verified_since_ && !has_pose)) members.fail();
 }
 
 }  // namespace mocap::label

@@ -41,7 +41,7 @@ struct RecognisedSubject {
 /// distances, a person with a fitted body in any pose, another person in T-pose or A-pose (the finders of `identify`).
 ///
 /// A search in any pose takes several sets and works on the tracks of the set in which it began. Its result must then
-/// fit the moving tracks for some sets (verification); tracks that do not move with the body are removed as clutter.
+/// fit the moving tracks for some time (verification); tracks that do not move with the body are removed as clutter.
 /// Allocates in the constructor only. One thread.
 class SubjectSearch {
  public:
@@ -61,7 +61,7 @@ class SubjectSearch {
   /// Marks the body as not fitted: the next calibration pose fits it.
   void forget_body();
   /// Whether a search or a verification continues in the next set.
-  bool busy() const noexcept { return any_pose_.searching() || sets_to_verify_ > 0; }
+  bool busy() const noexcept { return any_pose_.searching() || verified_since_.has_value(); }
   /// Aborts search and verification.
   void stop();
 
@@ -79,11 +79,12 @@ class SubjectSearch {
  private:
   void gather(const LabelledTracks& tracks, const StationaryTracks& stationary, Duration still_for);
   void select_cluster(std::size_t most);
+  const RecognisedSubject* begin_search(const LabelledTracks& tracks, const StationaryTracks& stationary, Timestamp at);
   const RecognisedSubject* search_calibration_pose();
   const RecognisedSubject* accept_calibration_pose(const identify::FoundBody& found);
-  void begin_verification();
+  void begin_verification(Timestamp at);
   bool is_unobserved(const LabelledTracks& tracks) const;
-  const RecognisedSubject* verify(const LabelledTracks& tracks);
+  const RecognisedSubject* verify(const LabelledTracks& tracks, Timestamp at);
   std::size_t work_until(Timestamp at);
   double fit(const LabelledTracks& tracks, const RecognisedSubject& recognised, int iterations);
 
@@ -102,10 +103,10 @@ class SubjectSearch {
   std::vector<std::pair<double, std::size_t>> nearest_;  // squared distance to the chosen point, point
   std::minstd_rand random_{1};                           // chooses that point; fixed seed
   std::vector<kinematics::Observation> observations_;
-  std::optional<Timestamp> searched_at_;   // last search for a calibration pose
-  std::optional<Timestamp> not_found_at_;  // first failure in any pose
-  std::optional<Timestamp> stepped_at_;    // last set
-  int sets_to_verify_ = 0;
+  std::optional<Timestamp> searched_at_;     // last search for a calibration pose
+  std::optional<Timestamp> not_found_at_;    // first failure in any pose
+  std::optional<Timestamp> stepped_at_;      // last set
+  std::optional<Timestamp> verified_since_;  // the set in which the body was found
   double max_residual_m_ = 0.0;
   RecognisedSubject found_;
 };

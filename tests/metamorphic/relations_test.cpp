@@ -146,7 +146,9 @@ TEST_P(Relation, PermutingTheSubjectsPermutesThem) {
   Mapping mapping;
   const auto last = static_cast<std::uint32_t>(changed.settings.subject_models.size()) - 1;
   mapping.subject = [last](std::uint32_t subject) { return last - subject; };
-  expect_same(changed, mapping, 1.0, 0.1);
+  // Subjects are searched for in their order: they may be found a few sets earlier or later, with other first
+  // positions.
+  expect_same(changed, mapping, 2.0, 0.1);
 }
 
 TEST_P(Relation, ShiftingTheTimeChangesNothing) {
