@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "lib/benchmark/point_pipeline.h"
+#include "lib/simworld/scene_actors.h"
 #include "lib/thread_time.h"
+#include "scene/random.h"
 #include "scene/ring_rig.h"
 
 namespace mocap::benchmark {
@@ -16,9 +18,12 @@ constexpr double kTPose_s = 1.0;
 constexpr double kAway_s = 0.5;
 constexpr Timestamp kBegin = from_ns(1'000'000'000);
 
+// The size of the marker set relative to the person, and the error of its marker offsets (standard deviation, each
+// axis) in the modes in which the daemon learns the body: those of the benchmark of skeletons.
+constexpr double kSetSize = 1.0 / 0.95;
+constexpr double kSetMarkerError_mm = 6.0;
+
 Result<Subject> label_subject_of(const LabelledClip& clip, const LabelCase& wanted) {
-  Subject subject{"benchmark", clip.marker_set, false};
-  if (wanted.mode == BodyKnown::Cold || wanted.mode == BodyKnown::Calibrated) return subject;
   const bool from_static = wanted.mode == BodyKnown::Static;
   auto body = fit_body(clip, from_static ? *wanted.static_trial : clip.take, from_static);
   if (!body) {
@@ -26,19 +31,19 @@ Result<Subject> label_subject_of(const LabelledClip& clip, const LabelCase& want
                  fmt::format("take '{}': the body cannot be fitted, no frame has 60 % of the {} markers", clip.name,
                              clip.marker_set.markers.size())};
   }
-  subject.marker_set = *std::move(body);
-  subject.fitted = true;
-  return subject;
+  const bool is_known = wanted.mode == BodyKnown::Given || from_static;
+  if (is_known) return Subject{"benchmark", *std::move(body), true};
+  return Subject{"benchmark", simworld::true_body(*body, kSetSize, kSetMarkerError_mm, scene::Random(wanted.seed)),
+                 false};
 }
 
 // The T-pose before the clip, and the time in which nobody is visible; empty in the other modes.
-Result<std::vector<NoisyFrame>> prelude_of(const LabelledClip& clip, BodyKnown mode) {
+std::vector<NoisyFrame> prelude_of(const LabelledClip& clip, BodyKnown mode) {
   std::vector<NoisyFrame> frames;
   if (mode != BodyKnown::Calibrated) return frames;
-  const auto body = fit_body(clip, clip.take, false);
-  if (!body) return Error{ErrorCode::InvalidArgument, fmt::format("take '{}': the body cannot be fitted", clip.name)};
   NoisyFrame pose;
-  for (const Eigen::Vector3d& at_m : rest_positions_m(*body)) pose.points.push_back({at_m, NoisyPoint::kNobodys});
+  for (const Eigen::Vector3d& at_m : rest_positions_m(*fit_body(clip, clip.take, false)))
+    pose.points.push_back({at_m, NoisyPoint::kNobodys});
   frames.assign(static_cast<std::size_t>(kTPose_s * clip.rate_hz), pose);
   frames.resize(frames.size() + static_cast<std::size_t>(kAway_s * clip.rate_hz));
   return frames;
@@ -84,8 +89,7 @@ std::string_view text_of(BodyKnown mode) { return kModeNames[static_cast<std::si
 Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   const auto subject = label_subject_of(clip, wanted);
   if (!subject) return subject.error();
-  const auto prelude = prelude_of(clip, wanted.mode);
-  if (!prelude) return prelude.error();
+  const std::vector<NoisyFrame> prelude = prelude_of(clip, wanted.mode);
   const std::vector<NoisyFrame> frames = add_noise(clip, wanted.noise, wanted.seed);
 
   settings::DaemonSettings settings;
@@ -98,9 +102,9 @@ Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   run.withheld_of.resize(clip.take.markers);
   double spent_s = 0.0;
   std::vector<int> truth;
-  for (std::size_t i = 0; i < prelude->size() + frames.size(); ++i) {
-    const bool is_prelude = i < prelude->size();
-    const NoisyFrame& frame = is_prelude ? (*prelude)[i] : frames[i - prelude->size()];
+  for (std::size_t i = 0; i < prelude.size() + frames.size(); ++i) {
+    const bool is_prelude = i < prelude.size();
+    const NoisyFrame& frame = is_prelude ? prelude[i] : frames[i - prelude.size()];
     const double begun_s = to_s(thread_time());
     const Snapshot& snapshot = pipeline.step(kBegin + from_s(static_cast<double>(i) / clip.rate_hz), frame);
     if (is_prelude) continue;

@@ -19,9 +19,9 @@ namespace mocap::benchmark {
 enum class BodyKnown {
   Given,       ///< bone lengths and marker offsets, fitted to the clip itself
   Static,      ///< the same, fitted to a static trial of the person
-  Calibrated,  ///< what it learnt from 1 s of T-pose of the body that was fitted to the clip; then nobody is visible
-               ///< for 0.5 s
-  Cold,        ///< the marker set only: today's daemon labels such a person from a T-pose or an A-pose on
+  Calibrated,  ///< what it learns from 1 s of T-pose, with a marker set of another size and with other offsets than the
+               ///< body that was fitted to the clip; then nobody is visible for 0.5 s
+  Cold,        ///< that marker set only: the daemon labels such a person from a T-pose or an A-pose on
 };
 
 /// In the order of BodyKnown.
