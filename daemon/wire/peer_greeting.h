@@ -15,7 +15,7 @@ enum class Greeting {
 };
 
 /// Asks a program which security it uses: opens one more connection, sends the beginning of ZMTP's greeting (RFC
-/// 37/ZMTP, section 3.2) and reads the program's own, which names its mechanism. A handshake that failed does not
+/// 37/ZMTP) and reads the program's own, which names its mechanism. A handshake that failed does not
 /// always say this: what ZeroMQ reports of it depends on the side that closes the connection first. One thread owns it.
 /// Needs ZeroMQ alone.
 class PeerGreeting {
