@@ -58,6 +58,18 @@ TEST(RunLabels, ABodyThatIsOnlyCalibratedIsFoundWhenItReturns) {
   EXPECT_EQ(run->figures.wrong, 0U);
 }
 
+TEST(RunLabels, AColdClipWithoutATPoseHasNoLabels) {
+  LabelledClip clip = waving();
+  const auto markers = static_cast<std::ptrdiff_t>(clip.take.markers);
+  clip.take.places_m.erase(clip.take.places_m.begin(), clip.take.places_m.begin() + 200 * markers);
+
+  const auto run = run_labels(clip, {BodyKnown::Cold, {}, 1, nullptr});
+
+  ASSERT_TRUE(run) << run.error().message;
+  EXPECT_EQ(run->figures.frames, 200U);
+  EXPECT_EQ(run->since_first.frames, 0U);
+}
+
 TEST(RunLabels, CountsEachPointWithoutALabelOnce) {
   const auto run = run_labels(waving(), {BodyKnown::Given, *noise_named("uniform30"), 2, nullptr});
 

@@ -23,29 +23,30 @@ constexpr Timestamp kBegin = from_ns(1'000'000'000);
 constexpr double kSetSize = 1.0 / 0.95;
 constexpr double kSetMarkerError_mm = 6.0;
 
-Result<Subject> label_subject_of(const LabelledClip& clip, const LabelCase& wanted) {
+Result<MarkerSet> true_body_of(const LabelledClip& clip, const LabelCase& wanted) {
   const bool from_static = wanted.mode == BodyKnown::Static;
   auto body = fit_body(clip, from_static ? *wanted.static_trial : clip.take, from_static);
-  if (!body) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("take '{}': the body cannot be fitted, no frame has 60 % of the {} markers", clip.name,
-                             clip.marker_set.markers.size())};
-  }
-  const bool is_known = wanted.mode == BodyKnown::Given || from_static;
-  if (is_known) return Subject{"benchmark", *std::move(body), true};
-  return Subject{"benchmark", simworld::true_body(*body, kSetSize, kSetMarkerError_mm, scene::Random(wanted.seed)),
-                 false};
+  if (body) return *std::move(body);
+  return Error{ErrorCode::InvalidArgument,
+               fmt::format("take '{}': the body cannot be fitted, no frame has 60 % of the {} markers", clip.name,
+                           clip.marker_set.markers.size())};
+}
+
+// What the daemon knows of the body.
+Subject label_subject_of(const MarkerSet& body, const LabelCase& wanted) {
+  const bool is_known = wanted.mode == BodyKnown::Given || wanted.mode == BodyKnown::Static;
+  if (is_known) return {"benchmark", body, true};
+  return {"benchmark", simworld::true_body(body, kSetSize, kSetMarkerError_mm, scene::Random(wanted.seed)), false};
 }
 
 // The T-pose before the clip, and the time in which nobody is visible; empty in the other modes.
-std::vector<NoisyFrame> prelude_of(const LabelledClip& clip, BodyKnown mode) {
+std::vector<NoisyFrame> prelude_of(const MarkerSet& body, double rate_hz, BodyKnown mode) {
   std::vector<NoisyFrame> frames;
   if (mode != BodyKnown::Calibrated) return frames;
   NoisyFrame pose;
-  for (const Eigen::Vector3d& at_m : rest_positions_m(*fit_body(clip, clip.take, false)))
-    pose.points.push_back({at_m, NoisyPoint::kNobodys});
-  frames.assign(static_cast<std::size_t>(kTPose_s * clip.rate_hz), pose);
-  frames.resize(frames.size() + static_cast<std::size_t>(kAway_s * clip.rate_hz));
+  for (const Eigen::Vector3d& at_m : rest_positions_m(body)) pose.points.push_back({at_m, NoisyPoint::kNobodys});
+  frames.assign(static_cast<std::size_t>(kTPose_s * rate_hz), pose);
+  frames.resize(frames.size() + static_cast<std::size_t>(kAway_s * rate_hz));
   return frames;
 }
 
@@ -87,13 +88,13 @@ std::optional<BodyKnown> mode_named(std::string_view name) {
 std::string_view text_of(BodyKnown mode) { return kModeNames[static_cast<std::size_t>(mode)]; }
 
 Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
-  const auto subject = label_subject_of(clip, wanted);
-  if (!subject) return subject.error();
-  const std::vector<NoisyFrame> prelude = prelude_of(clip, wanted.mode);
+  const auto body = true_body_of(clip, wanted);
+  if (!body) return body.error();
+  const std::vector<NoisyFrame> prelude = prelude_of(*body, clip.rate_hz, wanted.mode);
   const std::vector<NoisyFrame> frames = add_noise(clip, wanted.noise, wanted.seed);
 
   settings::DaemonSettings settings;
-  settings.subject_models.push_back(*subject);
+  settings.subject_models.push_back(label_subject_of(*body, wanted));
   settings.nominal_rate_hz = clip.rate_hz;
   settings.rig = scene::ring_rig({});  // required, but no camera takes part
   PointPipeline pipeline(settings);
