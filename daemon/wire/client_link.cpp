@@ -116,11 +116,12 @@ void ClientLink::note(std::uint16_t kind, std::uint32_t value) {
 
 void ClientLink::note(Greeting greeting) {
   if (greeting == Greeting::Unknown) return;
-  const bool refused_key = greeting == Greeting::WithKeys && status_.fault == LinkFault::KeyRefused;
-  if (greeting == Greeting::NotZeroMq) status_.fault = LinkFault::NotADaemon;
-  if (greeting == Greeting::WithoutKeys) status_.fault = has_keys_ ? LinkFault::KeyNotWanted : LinkFault::NotADaemon;
-  if (greeting == Greeting::WithKeys && !refused_key)
-    status_.fault = has_keys_ ? LinkFault::ServerKeyWrong : LinkFault::KeyMissing;
+  LinkFault cause = LinkFault::NotADaemon;
+  if (greeting == Greeting::WithoutKeys && has_keys_) cause = LinkFault::KeyNotWanted;
+  if (greeting == Greeting::WithKeys) cause = has_keys_ ? LinkFault::ServerKeyWrong : LinkFault::KeyMissing;
+  // A refused key is told by the daemon itself, after a handshake in which the server key was right.
+  const bool is_refused = cause == LinkFault::ServerKeyWrong && status_.fault == LinkFault::KeyRefused;
+  if (!is_refused) status_.fault = cause;
   cause_known_ = true;
 }
 

@@ -34,7 +34,7 @@ void PeerGreeting::close() {
   stream_ = nullptr;
 }
 
-// A part of the greeting: the program sends the rest of its own, and waits for ours while this reads it.
+// Sends signature and version. The program then sends all of its own greeting and waits for the rest of this one.
 void PeerGreeting::send_greeting(const void* peer, std::size_t length) {
   constexpr unsigned char kOurs[kUntilMechanism] = {0xff, 0, 0, 0, 0, 0, 0, 0, 1, 0x7f, kOldestMajor, 0};
   if (zmq_send(stream_, peer, length, ZMQ_SNDMORE | ZMQ_DONTWAIT) < 0) return;

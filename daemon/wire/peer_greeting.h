@@ -14,10 +14,9 @@ enum class Greeting {
   WithKeys,     ///< ZeroMQ with CURVE keys, or another mechanism of security
 };
 
-/// Asks a program which security it uses: opens one more connection, sends the beginning of ZMTP's greeting (RFC
-/// 37/ZMTP) and reads the program's own, which names its mechanism. A handshake that failed does not
-/// always say this: what ZeroMQ reports of it depends on the side that closes the connection first. One thread owns it.
-/// Needs ZeroMQ alone.
+/// Asks a program which security it uses: opens one more connection, sends the beginning of a greeting (RFC 37/ZMTP)
+/// and reads the program's own, which names its mechanism. A handshake that failed does not always say this: what
+/// ZeroMQ reports depends on the side that closes the connection first. One thread owns the object. Needs ZeroMQ alone.
 class PeerGreeting {
  public:
   PeerGreeting() = default;
