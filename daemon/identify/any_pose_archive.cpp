@@ -17,8 +17,8 @@ void AnyPoseFinder::archive(Archive& members) {
   members(fit_, found_, stage_);
   if (members.is_reading()) refit_search();
   if (stage_ == Stage::Idle) return;  // `begin` sets all other members
-  members(cloud_, uncertainty_, is_coarse_, is_reverse_, start_bone_, next_, limb_, work_at_begin_, fit_work_, fitted_,
-          fits_, best_);
+  members(cloud_, uncertainty_, is_last_round_, is_reverse_, start_bone_, next_, limb_, work_at_begin_, fit_work_,
+          fitted_, fits_, best_);
   members(best_cost_, rejected_differences_, rejected_count_, tried_alternatives_, improvements_, is_ambiguous_);
   if (members.is_reading() && !has_valid_indices()) members.fail();
   if (!members.ok()) return;

@@ -90,15 +90,26 @@ void AnyPoseFinder::refit_search() {
 }
 
 void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points) {
+  if (!set_points(points)) return;
+  is_last_round_ = false;
+  begin_round(settings_.precise);
+}
+
+void AnyPoseFinder::begin(std::span<const Eigen::Vector3d> points, const BodyUncertainty& uncertainty) {
+  if (!set_points(points)) return;
+  is_last_round_ = true;
+  begin_round(uncertainty);
+}
+
+// Whether the points may be enough for the body.
+bool AnyPoseFinder::set_points(std::span<const Eigen::Vector3d> points) {
   cloud_.assign(points);
   found_.reset();
   fit_work_ = 0;
   work_at_begin_ = search_.work();
   stage_ = Stage::Idle;
   const double needed = settings_.min_present_fraction * static_cast<double>(set_.markers.size());
-  if (start_bones_.empty() || static_cast<double>(cloud_.size()) < needed) return;
-  is_coarse_ = false;
-  begin_round(settings_.precise);
+  return !start_bones_.empty() && static_cast<double>(cloud_.size()) >= needed;
 }
 
 void AnyPoseFinder::begin_round(const BodyUncertainty& uncertainty) {
@@ -204,8 +215,8 @@ void AnyPoseFinder::next_start_bone() {
   stage_ = Stage::Idle;
   if (++start_bone_ < start_bones_.size()) {
     search_from_start_bone();
-  } else if (!is_coarse_) {
-    is_coarse_ = true;
+  } else if (!is_last_round_) {
+    is_last_round_ = true;
     begin_round(settings_.coarse);
   }
 }

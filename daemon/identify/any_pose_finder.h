@@ -81,6 +81,8 @@ class AnyPoseFinder {
 
   /// Begins a search; ends a running one without result. Uses the first kMaxCloudPoints points.
   void begin(std::span<const Eigen::Vector3d> points);
+  /// The same with one round, for a body of this uncertainty.
+  void begin(std::span<const Eigen::Vector3d> points, const BodyUncertainty& uncertainty);
   bool searching() const noexcept { return stage_ != Stage::Idle; }
   /// Points of the last `begin`.
   std::size_t point_count() const noexcept { return cloud_.size(); }
@@ -133,6 +135,7 @@ class AnyPoseFinder {
   void resume_search();
   bool has_valid_indices() const;
   void step();
+  bool set_points(std::span<const Eigen::Vector3d> points);
   void begin_round(const BodyUncertainty& uncertainty);
   void search_from_start_bone();
   void choose_fits();
@@ -166,7 +169,7 @@ class AnyPoseFinder {
   pose::PointCloud cloud_;
   Stage stage_ = Stage::Idle;
   BodyUncertainty uncertainty_;
-  bool is_coarse_ = false;   // second round
+  bool is_last_round_ = false;
   bool is_reverse_ = false;  // second search from the same start bone
   std::size_t start_bone_ = 0, next_ = 0;
   std::size_t limb_ = 0;  // index in `limbs`; then the single limbs again, on the points of all markers

@@ -153,11 +153,18 @@ class BodyLabeller final : public Labeller {
         ++next_;
         continue;
       }
-      const RecognisedSubject* found = searches_[next_].step(tracks_, stationary_, at);
+      const RecognisedSubject* found = searches_[next_].step(tracks_, stationary_, missing_person_count() < 2, at);
       if (found != nullptr && !is_contested(next_, *found)) recognise(next_, *found, at);
       if (!searches_[next_].busy()) ++next_;
       return;
     }
+  }
+
+  std::size_t missing_person_count() const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < subjects_.size(); ++i)
+      count += !searches_[i].rigid() && !subjects_[i].tracking() && away_[i] == 0 ? 1 : 0;
+    return count;
   }
 
   void recognise(std::size_t subject_index, const RecognisedSubject& found, Timestamp at) {

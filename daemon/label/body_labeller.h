@@ -11,7 +11,8 @@ namespace mocap::label {
 
 /// Makes the labeller of people and rigid props.
 ///
-/// A person is identified in T-pose or A-pose, or, if the body was fitted before, in any pose; a rigid prop always.
+/// A person is identified in T-pose or A-pose, or, if the body was fitted before or LabelSettings::search_uncalibrated
+/// is set, in any pose; a rigid prop always.
 /// From then on the labels follow the predicted pose of the body (`SubjectLabeller`), with one assignment for all
 /// subjects (`TrackAssociation`). A label without a clear track waits, and no track has two labels.
 ///

@@ -10,6 +10,10 @@ void declare_keys(KeyVisitor& keys, LabelSettings& label) {
             {.help = "time between two searches for a T-pose, which take some milliseconds each"});
   keys.millimetres("most_rms_mm", label.most_rms_m, {0.1, 1000},
                    {.help = "largest rms distance of the markers of a T-pose from the body fitted to them"});
+  keys.flag(
+      "search_uncalibrated", label.search_uncalibrated,
+      {.help = "find a person without a fitted body in any pose too, from the marker set, while no other person is "
+               "missing; markers must be within about 1 cm of their places. A T-pose fits the body more exactly"});
   keys.number("least_share", label.least_share, {0.1, 1},
               {.help = "smallest fraction of its markers that a T-pose shows"});
   keys.millimetres("rigid_tolerance_mm", label.rigid_tolerance_m, {0.1, 1000},

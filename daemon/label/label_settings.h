@@ -13,6 +13,7 @@ struct LabelSettings {
   Duration still_for = std::chrono::milliseconds(400);
   double still_radius_m = 0.02;
   Duration search_every = std::chrono::milliseconds(100);
+  bool search_uncalibrated = false;
   /// No key: bone fits in each set at 120 Hz, under 1 us each, of the search for a body in any pose (decision 0021).
   std::size_t search_work = 1200;
   /// No key: hypotheses in each set and subject, of one or two poses each, for limbs that lost their labels.

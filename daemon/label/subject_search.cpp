@@ -24,6 +24,9 @@ constexpr Duration kUnknownBodyDelay = std::chrono::seconds(3);
 // LabelSettings::search_work is the work of a set at this rate; at 15 Hz or less it is eight times as much.
 constexpr double kWorkRate_hz = 120.0;
 constexpr double kMaxWorkSets = 8.0;
+// Work of a search for a body of unknown dimensions, as a factor of that of a known body: it happens once in a session
+// (decision 0023).
+constexpr std::size_t kUncalibratedWork = 2;
 constexpr int kFitIterations = 12;
 constexpr int kVerificationIterations = 4;
 
@@ -41,6 +44,8 @@ SubjectSearch::SubjectSearch(const LabelSettings& settings, const Subject& subje
       pose_fit_(set_, kinematics::PoseFit::Lengths::Fixed) {
   points_.reserve(kMaxMarkers);
   track_of_point_.reserve(kMaxMarkers);
+  uncalibrated_tracks_.reserve(kMaxMarkers);
+  if (settings.search_uncalibrated && !rigid()) uncalibrated_.emplace(set_);
   nearest_.reserve(kMaxMarkers);
   observations_.reserve(set_.markers.size());
   if (!calibration_pose_) return;
@@ -71,6 +76,10 @@ void SubjectSearch::learn_joints(const pose::SkeletonTracker& body) {
 void SubjectSearch::adopt(SubjectSearch& before) {
   fitted_ = before.fitted_;
   any_pose_.adopt(before.any_pose_);
+  if (uncalibrated_ && before.uncalibrated_) {
+    uncalibrated_->adopt(*before.uncalibrated_);
+    uncalibrated_tracks_.swap(before.uncalibrated_tracks_);
+  }
   pose_fit_ = std::move(before.pose_fit_);
   random_ = before.random_;
   search_apose_next_ = before.search_apose_next_;
@@ -91,6 +100,7 @@ void SubjectSearch::forget_body() {
 
 void SubjectSearch::stop() {
   any_pose_.begin({});
+  if (uncalibrated_) uncalibrated_->stop();
   verified_since_.reset();
   searched_at_.reset();
   not_found_at_.reset();
@@ -140,15 +150,17 @@ std::size_t SubjectSearch::work_until(Timestamp at) {
 }
 
 const RecognisedSubject* SubjectSearch::step(const LabelledTracks& tracks, const StationaryTracks& stationary,
-                                             Timestamp at) {
+                                             bool is_only_person, Timestamp at) {
   const std::size_t work = work_until(at);
   if (verified_since_) return verify(tracks, at);
   if (!any_pose_.searching()) {
     if (const RecognisedSubject* const found = begin_search(tracks, stationary, at)) return found;
-    if (!any_pose_.searching()) return nullptr;
   }
-  if (!any_pose_.advance(work)) return nullptr;
-  if (any_pose_.found()) begin_verification(at);
+  if (uncalibrated_ && !has_fitted_body()) {
+    is_only_person ? search_uncalibrated(tracks, stationary, work, at) : uncalibrated_->stop();
+  }
+  if (!any_pose_.searching() || !any_pose_.advance(work)) return nullptr;
+  if (any_pose_.found()) begin_verification(*any_pose_.found(), track_of_point_, at);
   if (!any_pose_.found() && !not_found_at_) not_found_at_ = at;
   return nullptr;
 }
@@ -174,6 +186,19 @@ const RecognisedSubject* SubjectSearch::begin_search(const LabelledTracks& track
   any_pose_.begin(points_);
   if (!any_pose_.searching()) not_found_at_.reset();
   return nullptr;
+}
+
+// Continues the search of a body of unknown dimensions in any pose, or begins one.
+void SubjectSearch::search_uncalibrated(const LabelledTracks& tracks, const StationaryTracks& stationary,
+                                        std::size_t work, Timestamp at) {
+  if (!uncalibrated_->searching()) {
+    gather(tracks, stationary, Duration{0});
+    select_cluster(pose::kMaxCloudPoints);
+    uncalibrated_->begin(points_);
+    uncalibrated_tracks_ = track_of_point_;
+  }
+  if (uncalibrated_->searching() && uncalibrated_->advance(kUncalibratedWork * work) && uncalibrated_->found())
+    begin_verification(*uncalibrated_->found(), at);
 }
 
 // Searches for T-pose and A-pose in turns, one in a set.
@@ -204,22 +229,32 @@ const RecognisedSubject* SubjectSearch::accept_calibration_pose(const identify::
     found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point_[static_cast<std::size_t>(p)]);
   found_.locals.clear();
   found_.is_newly_fitted = !rigid();
+  found_.in_any_pose = false;
   found_.rest_offsets_m = found.rest_offsets_m;
   found_.marker_offsets_m = found.marker_offsets_m;
   found_.rms_m = found.rms_m;
   return &found_;
 }
 
-void SubjectSearch::begin_verification(Timestamp at) {
-  const identify::FoundPose& found = *any_pose_.found();
+void SubjectSearch::begin_verification(const identify::FoundPose& found, std::span<const TrackId> track_of_point,
+                                       Timestamp at) {
   found_.track_of_marker.clear();
   for (const int p : found.point_of_marker)
-    found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point_[static_cast<std::size_t>(p)]);
+    found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point[static_cast<std::size_t>(p)]);
   found_.locals = found.locals;
-  found_.is_newly_fitted = false;
+  found_.is_newly_fitted = found_.in_any_pose = false;
   found_.rms_m = found.rms_m;
   max_residual_m_ = kVerificationSigmas * std::max(kMinResidualSigma_m, found.rms_m);
   verified_since_ = at;
+}
+
+void SubjectSearch::begin_verification(const identify::FoundUncalibratedBody& found, Timestamp at) {
+  begin_verification(found.pose, uncalibrated_tracks_, at);
+  found_.is_newly_fitted = found_.in_any_pose = true;
+  found_.rest_offsets_m = found.rest_offsets_m;
+  found_.marker_offsets_m = found.marker_offsets_m;
+  found_.rms_m = found.rms_m;
+  pose_fit_.refit(found.rest_offsets_m, found.marker_offsets_m);
 }
 
 // Fits the pose, from the pose that was found, to the tracks of this set; returns half the sum of squared residuals.
@@ -288,11 +323,14 @@ std::optional<double> SubjectSearch::residual_cost(const RecognisedSubject& othe
 void SubjectSearch::archive(Archive& members) {
   members(fitted_, search_apose_next_, any_pose_, pose_fit_, track_of_point_, random_, searched_at_, not_found_at_);
   members(stepped_at_, verified_since_, max_residual_m_, found_);
+  if (uncalibrated_) members(*uncalibrated_, uncalibrated_tracks_);
   if (!members.is_reading()) return;
   const bool has_tracks = !any_pose_.searching() || any_pose_.point_count() <= track_of_point_.size();
+  const bool has_uncalibrated_tracks =
+      !uncalibrated_ || !uncalibrated_->searching() || uncalibrated_->point_count() <= uncalibrated_tracks_.size();
   const bool has_pose =
       found_.track_of_marker.size() == set_.markers.size() && found_.locals.size() == set_.skeleton.bones.size();
-  if (!has_tracks || (verified_since_ && !has_pose)) members.fail();
+  if (!has_tracks || !has_uncalibrated_tracks || (verified_since_ && !has_pose)) members.fail();
 }
 
 }  // namespace mocap::label

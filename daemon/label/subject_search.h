@@ -13,6 +13,7 @@
 #include "identify/calibration_pose.h"
 #include "identify/rigid_finder.h"
 #include "identify/tpose_finder.h"
+#include "identify/uncalibrated_body_finder.h"
 #include "kinematics/pose_fit.h"
 #include "label/label_settings.h"
 #include "label/labelled_tracks.h"
@@ -27,18 +28,20 @@ namespace mocap::label {
 struct RecognisedSubject {
   BoundedVector<TrackId, kMaxLabels> track_of_marker;  ///< by label; an id that names nothing: no track, or ambiguous
   BoundedVector<Pose, kMaxBones> locals;               ///< local poses as in PoseFit; empty: unknown
-  bool is_newly_fitted = false;                        ///< the three fields below are valid
+  bool is_newly_fitted = false;                        ///< the fields below are valid
+  bool in_any_pose = false;                            ///< fitted in another pose than T-pose and A-pose
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;
   double rms_m = 0.0;  ///< distance of the markers from the fitted body
 
   void archive(Archive& members) {
-    members(track_of_marker, locals, is_newly_fitted, rest_offsets_m, marker_offsets_m, rms_m);
+    members(track_of_marker, locals, is_newly_fitted, in_any_pose, rest_offsets_m, marker_offsets_m, rms_m);
   }
 };
 
 /// Searches for one subject among the tracks without a label. A body of one bone is found by its inter-marker
-/// distances, a person with a fitted body in any pose, another person in T-pose or A-pose (the finders of `identify`).
+/// distances, a person with a fitted body in any pose, another person in T-pose or A-pose (the finders of `identify`),
+/// and in any pose if LabelSettings::search_uncalibrated is set.
 ///
 /// A search in any pose takes several sets and works on the tracks of the set in which it began. Its result must then
 /// fit the moving tracks for some time (verification); tracks that do not move with the body are removed as clutter.
@@ -65,9 +68,11 @@ class SubjectSearch {
   /// Aborts search and verification.
   void stop();
 
-  /// Works for one set. Returns the subject when it is found and verified, else null. The result is borrowed until the
-  /// next call.
-  const RecognisedSubject* step(const LabelledTracks& tracks, const StationaryTracks& stationary, Timestamp at);
+  /// Works for one set. `is_only_person`: no other person is missing, so that a body of unknown dimensions can only be
+  /// this one. Returns the subject when it is found and verified, else null. The result is borrowed until the next
+  /// call.
+  const RecognisedSubject* step(const LabelledTracks& tracks, const StationaryTracks& stationary, bool is_only_person,
+                                Timestamp at);
 
   /// Negative log likelihood of this body on the tracks of another subject: half the sum of squared residuals over
   /// sigma^2. Nothing if the marker sets differ in size, this body is not fitted, or the other one was just fitted.
@@ -81,8 +86,11 @@ class SubjectSearch {
   void select_cluster(std::size_t most);
   const RecognisedSubject* begin_search(const LabelledTracks& tracks, const StationaryTracks& stationary, Timestamp at);
   const RecognisedSubject* search_calibration_pose();
+  void search_uncalibrated(const LabelledTracks& tracks, const StationaryTracks& stationary, std::size_t work,
+                           Timestamp at);
   const RecognisedSubject* accept_calibration_pose(const identify::FoundBody& found);
-  void begin_verification(Timestamp at);
+  void begin_verification(const identify::FoundPose& found, std::span<const TrackId> track_of_point, Timestamp at);
+  void begin_verification(const identify::FoundUncalibratedBody& found, Timestamp at);
   bool is_unobserved(const LabelledTracks& tracks) const;
   const RecognisedSubject* verify(const LabelledTracks& tracks, Timestamp at);
   std::size_t work_until(Timestamp at);
@@ -97,6 +105,8 @@ class SubjectSearch {
   bool search_apose_next_ = false;
   identify::RigidFinder rigid_finder_;
   identify::AnyPoseFinder any_pose_;
+  std::optional<identify::UncalibratedBodyFinder> uncalibrated_;  // if wanted
+  std::vector<TrackId> uncalibrated_tracks_;                      // of its points
   kinematics::PoseFit pose_fit_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<TrackId> track_of_point_;

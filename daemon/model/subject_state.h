@@ -79,9 +79,10 @@ struct SubjectFit {
   BoundedVector<Eigen::Vector3d, kMaxBones> rest_offsets_m;     ///< by bone
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;  ///< by marker
   double residual_m = 0.0;                                      ///< rms of the markers in the fitted pose
+  bool in_any_pose = false;                                     ///< fitted to one instant of an unknown pose
 
   void archive(Archive& members) {
-    members(subject, description_version, rest_offsets_m, marker_offsets_m, residual_m);
+    members(subject, description_version, rest_offsets_m, marker_offsets_m, residual_m, in_any_pose);
   }
 };
 

@@ -83,7 +83,8 @@ class SubjectRefiner::SubjectRefinement {
     has_new_rest_pose_ = false;
     new_pose_count_ = 0;
     next_fit_count_ = kMinInstants;
-    waiting_for_rest_ = has_offsets_ = true;
+    waiting_for_rest_ = !fit.in_any_pose;
+    has_offsets_ = true;
   }
 
   void adopt(SubjectRefinement& before) {

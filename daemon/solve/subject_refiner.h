@@ -27,7 +27,8 @@ class SubjectRefiner {
  public:
   SubjectRefiner(const RefineSettings& settings, const std::vector<Subject>& subjects);
 
-  /// A subject was identified in a rest pose and has this body model from now on. Its stored poses are discarded.
+  /// A subject was identified, in a rest pose unless the fit says otherwise, and has this body model from now on. Its
+  /// stored poses are discarded.
   void recognised(const SubjectFit& fit);
 
   /// Takes over the subjects that continue: their bodies and, with equal settings, their stored poses and the fit in

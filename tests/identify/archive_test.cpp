@@ -9,6 +9,7 @@
 
 #include "identify/any_pose_finder.h"
 #include "identify/distance_constraints.h"
+#include "identify/uncalibrated_body_finder.h"
 #include "support/test_body.h"
 
 namespace mocap::identify {
@@ -96,6 +97,32 @@ TEST(Archive, AnyPoseFinderContinuesASearchInANewObjectAfterEachCall) {
     }
     EXPECT_GT(found_count, 0) << name;
   }
+}
+
+// In each of its stages.
+TEST(Archive, UncalibratedBodyFinderContinuesASearchInANewObjectAfterEachCall) {
+  std::mt19937 random(23);
+  const MarkerSet set = person("openmocap18");
+  const std::vector<Eigen::Vector3d> points = random_points(set, fitted_offsets(set), random);
+  UncalibratedBodyFinder whole(set);
+  auto parts = std::make_unique<UncalibratedBodyFinder>(set);
+  for (int size = 0; size < 2 && !whole.found(); ++size) {
+    whole.begin(points);
+    parts->begin(points);
+    for (int calls = 0; whole.searching(); ++calls) {
+      (void)whole.advance(100);
+      (void)parts->advance(100);
+      const std::vector<std::byte> belief = write(*parts);
+      parts = std::make_unique<UncalibratedBodyFinder>(set);
+      read(belief, *parts);
+
+      ASSERT_EQ(write(*parts), belief) << calls;
+      ASSERT_EQ(parts->searching(), whole.searching()) << calls;
+    }
+  }
+  ASSERT_TRUE(whole.found() && parts->found());
+  FoundUncalibratedBody one = *whole.found(), other = *parts->found();
+  EXPECT_EQ(write(one), write(other));
 }
 
 TEST(Archive, DistanceConstraintsAreThoseOfTheFittedBody) {

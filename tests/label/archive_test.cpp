@@ -146,6 +146,19 @@ TEST(Archive, ContinuesTheSearchForALostBodyWithTheSameLabels) {
   EXPECT_GT(world.reports, 0);
 }
 
+TEST(Archive, ContinuesTheSearchForAPersonWhoHeldNoTPose) {
+  ArchivedWorld world;
+  world.settings.still_for = std::chrono::hours(1);
+  world.settings.search_uncalibrated = true;
+  world.settings.search_work = 400;
+  world.add("baseline41", test::walking(), {0.0, 0.0, 1.0}, 0.0, 0.95);
+  world.identify_all();
+  world.step(300);
+
+  EXPECT_EQ(world.phase(), SubjectPhase::Tracking);
+  world.expect_equal();
+}
+
 TEST(Archive, ContinuesWithTwoPeopleAndAProp) {
   ArchivedWorld world;
   world.add("baseline41", test::walking(), {0.0, 0.0, 1.0}, 0.0, 1.05);

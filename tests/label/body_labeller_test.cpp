@@ -23,10 +23,10 @@ constexpr int kTPoseSets = 60;  // sets in T-pose
 // exchanges. A label is correct if its track is within 20 mm of the marker.
 class World {
  public:
-  explicit World(const std::string& name, bool fitted = false)
+  explicit World(const std::string& name, bool fitted = false, const LabelSettings& settings = {})
       : set_(test::person(name)),
         truth_(set_, kinematics::PoseFit::Lengths::Fixed),
-        labeller_(make_labeller({}, {{"actor", set_, fitted}})) {
+        labeller_(make_labeller(settings, {{"actor", set_, fitted}})) {
     for (std::size_t m = 0; m < set_.markers.size(); ++m) {
       tracks_.push_back({});
       tracks_[m].id = TrackId{next_id_++};
@@ -330,6 +330,17 @@ TEST(BodyLabeller, WaitsForATPoseAfterAReset) {
 
   EXPECT_EQ(world.labels().phase, SubjectPhase::Searching);
   EXPECT_EQ(world.correct_count(), 0);
+}
+
+TEST(BodyLabeller, LabelsAMovingPersonWithoutATPoseIfItIsWanted) {
+  World world("baseline41", false, {.search_uncalibrated = true});
+  world.skip(kTPoseSets + 60);
+
+  world.step(180);
+
+  EXPECT_EQ(world.labels().phase, SubjectPhase::Tracking);
+  EXPECT_GE(world.correct_count(), 40);
+  EXPECT_EQ(world.wrong_count(), 0);
 }
 
 TEST(BodyLabeller, LabelsNoSubjectThatIsAway) {

@@ -15,23 +15,23 @@ constexpr Duration kStep = std::chrono::microseconds(8333);
 
 // A body that stands still, and one search for it.
 struct Search {
-  explicit Search(bool fitted, const std::vector<Pose>& locals = {})
+  explicit Search(bool fitted, const std::vector<Pose>& locals = {}, const LabelSettings& settings = {})
       : set(test::person("baseline41")),
         truth(set, kinematics::PoseFit::Lengths::Fixed),
-        search({}, {"actor", set, fitted}) {
+        search(settings, {"actor", set, fitted}) {
     if (!locals.empty()) truth.set_locals(locals);
     for (std::size_t m = 0; m < set.markers.size(); ++m)
       tracked.push_back(test::detected_track(static_cast<std::uint32_t>(100 + m), truth.marker_at(m)));
   }
 
   // Null if nothing is found within `limit`; the time of the search is in `duration`.
-  const RecognisedSubject* run(Duration limit) {
+  const RecognisedSubject* run(Duration limit, bool is_only_person = true) {
     const Timestamp start = from_ns(1'000'000'000);
     for (Timestamp at = start; at < start + limit; at += kStep) {
       test::update(tracks, tracked);
       stationary.update(tracked, at);
       duration = at - start;
-      if (const RecognisedSubject* found = search.step(tracks, stationary, at)) return found;
+      if (const RecognisedSubject* found = search.step(tracks, stationary, is_only_person, at)) return found;
     }
     return nullptr;
   }
@@ -99,6 +99,49 @@ TEST(SubjectSearch, IdentifiesAFittedBodyInAnotherPose) {
   EXPECT_GE(2 * labelled, search.set.markers.size());
 }
 
+constexpr LabelSettings kUncalibrated{.search_uncalibrated = true};
+
+TEST(SubjectSearch, IdentifiesABodyThatIsNotFittedInAnotherPose) {
+  std::mt19937 random(3);
+  Search search(false, test::random_pose(test::person("baseline41"), 0.5, random), kUncalibrated);
+
+  const RecognisedSubject* found = search.run(std::chrono::seconds(4));
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_TRUE(found->is_newly_fitted && found->in_any_pose);
+  std::size_t labelled = 0;
+  for (std::size_t m = 0; m < search.set.markers.size(); ++m) {
+    if (!found->track_of_marker[m].names_something()) continue;
+    EXPECT_EQ(found->track_of_marker[m], search.tracked[m].id) << m;
+    ++labelled;
+  }
+  EXPECT_GE(2 * labelled, search.set.markers.size());
+}
+
+TEST(SubjectSearch, LeavesABodyThatIsNotFittedToTheCalibrationPoseWhileAnotherPersonIsMissing) {
+  std::mt19937 random(3);
+  Search search(false, test::random_pose(test::person("baseline41"), 0.5, random), kUncalibrated);
+
+  EXPECT_EQ(search.run(std::chrono::seconds(4), false), nullptr);
+}
+
+TEST(SubjectSearch, LeavesABodyThatIsNotFittedToTheCalibrationPoseByDefault) {
+  std::mt19937 random(3);
+  Search search(false, test::random_pose(test::person("baseline41"), 0.5, random));
+
+  EXPECT_EQ(search.run(std::chrono::seconds(4)), nullptr);
+}
+
+TEST(SubjectSearch, PrefersATPoseThatIsHeldMeanwhile) {
+  Search search(false, {}, kUncalibrated);
+  for (std::size_t m = 0; m < 16; ++m) search.tracked[m].state = TrackState::Candidate;  // too few for any pose
+
+  const RecognisedSubject* found = search.run(std::chrono::seconds(2));
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_FALSE(found->in_any_pose);
+}
+
 // As with a camera that is not synchronised: the sets between have one view, in which no track can be measured.
 TEST(SubjectSearch, IdentifiesABodyBetweenSetsThatMeasureNothing) {
   Search search(true);
@@ -111,7 +154,7 @@ TEST(SubjectSearch, IdentifiesABodyBetweenSetsThatMeasureNothing) {
     const TrackedMarkers& tracked = set % 3 == 0 ? search.tracked : coasting;
     test::update(search.tracks, tracked);
     search.stationary.update(tracked, at);
-    found = search.search.step(search.tracks, search.stationary, at);
+    found = search.search.step(search.tracks, search.stationary, true, at);
   }
 
   ASSERT_NE(found, nullptr);
@@ -141,7 +184,7 @@ TEST(SubjectSearch, FindsNothingAmongTracksWithALabel) {
   search.stationary.update(search.tracked, from_ns(1'000'000'000));
   search.tracks.labelled.assign(search.tracked.size(), true);
 
-  EXPECT_EQ(search.search.step(search.tracks, search.stationary, from_ns(1'000'000'000)), nullptr);
+  EXPECT_EQ(search.search.step(search.tracks, search.stationary, true, from_ns(1'000'000'000)), nullptr);
   EXPECT_FALSE(search.search.busy());
 }
 

@@ -127,7 +127,7 @@ struct TrackingRun {
 };
 
 TrackingRun track(const std::string& name, unsigned seed, int sets, const RefineSettings& settings,
-                  double arms_lowered_rad = 0.0) {
+                  double arms_lowered_rad = 0.0, bool in_any_pose = false) {
   const MarkerSet file = test::person(name);
   const std::vector<Subject> subjects{{"somebody", file}};
   Person person(file, seed, arms_lowered_rad);
@@ -139,7 +139,8 @@ TrackingRun track(const std::string& name, unsigned seed, int sets, const Refine
     person.at(set);
     const Labels measured = person.measured_labels();
     if (set == 0) {
-      const SubjectFit fit = just_identified(file, person.body().marker_set());
+      SubjectFit fit = just_identified(file, person.body().marker_set());
+      fit.in_any_pose = in_any_pose;
       solver->refit(fit);
       refiner.recognised(fit);
     }
@@ -173,6 +174,12 @@ TEST(SubjectRefiner, DoesNotAssumeThatTheArmsOfAnAPoseAreAtRest) {
     EXPECT_LT(run.after.joint_rms_m(), 0.02);
     EXPECT_LT(run.after.rotation_rms_rad(), 0.12);
   }
+}
+
+// The body is near the rest pose, but nobody said that it is in it.
+TEST(SubjectRefiner, DoesNotFitABodyThatWasIdentifiedInAnyPoseToTheRestPose) {
+  EXPECT_FALSE(track("baseline41", 1, 120, {}, 0.0).fits.empty());
+  EXPECT_TRUE(track("baseline41", 1, 120, {}, 0.0, true).fits.empty());
 }
 
 /// Displaces markers as skin does: 8 mm rms, half of the variance common to the markers of a bone, with a memory of

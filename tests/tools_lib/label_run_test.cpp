@@ -58,7 +58,7 @@ TEST(RunLabels, ABodyThatIsOnlyCalibratedIsFoundWhenItReturns) {
   EXPECT_EQ(run->figures.wrong, 0U);
 }
 
-TEST(RunLabels, AColdClipWithoutATPoseHasNoLabels) {
+TEST(RunLabels, AColdClipWithoutATPoseIsLabelled) {
   LabelledClip clip = waving();
   const auto markers = static_cast<std::ptrdiff_t>(clip.take.markers);
   clip.take.places_m.erase(clip.take.places_m.begin(), clip.take.places_m.begin() + 200 * markers);
@@ -67,7 +67,8 @@ TEST(RunLabels, AColdClipWithoutATPoseHasNoLabels) {
 
   ASSERT_TRUE(run) << run.error().message;
   EXPECT_EQ(run->figures.frames, 200U);
-  EXPECT_EQ(run->since_first.frames, 0U);
+  EXPECT_GT(run->since_first.frames, 50U);
+  EXPECT_EQ(run->figures.wrong, 0U);
 }
 
 TEST(RunLabels, CountsEachPointWithoutALabelOnce) {

@@ -29,7 +29,7 @@ Points take the place of triangulated markers: no camera is simulated.
 
 modes: given (body fitted to the take), static (body fitted to --static),
 calibrated (marker set 5 % too large, body learnt from a T-pose), cold (that
-marker set only; the daemon needs a T-pose or A-pose, which most takes lack).
+marker set only, searched for in any pose).
 noise: none, soma (each frame 0 to 4 hidden, ghosts), hidden5 (exactly 5),
 cuts50 (soma, 50 cut tracks), studio (0.65 % hidden in rare long gaps),
 uniform10 and uniform30 (hidden for 0.5 s each).

@@ -96,6 +96,7 @@ Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   settings::DaemonSettings settings;
   settings.subject_models.push_back(label_subject_of(*body, wanted));
   settings.nominal_rate_hz = clip.rate_hz;
+  settings.label.search_uncalibrated = wanted.mode == BodyKnown::Cold;
   settings.rig = scene::ring_rig({});  // required, but no camera takes part
   PointPipeline pipeline(settings);
   LabelTally tally(clip.take.markers, clip.rate_hz), since_first(clip.take.markers, clip.rate_hz);

@@ -21,7 +21,7 @@ enum class BodyKnown {
   Static,      ///< the same, fitted to a static trial of the person
   Calibrated,  ///< what it learns from 1 s of T-pose, with a marker set of another size and with other offsets than the
                ///< body that was fitted to the clip; then nobody is visible for 0.5 s
-  Cold,        ///< that marker set only: the daemon labels such a person from a T-pose or an A-pose on
+  Cold,        ///< that marker set only; it is searched for in any pose
 };
 
 /// In the order of BodyKnown.
