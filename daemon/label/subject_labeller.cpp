@@ -345,12 +345,7 @@ bool SubjectLabeller::recognise(const RecognisedSubject& found, LabelledTracks& 
 }
 
 void SubjectLabeller::learn(const RecognisedSubject& found) {
-  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
-    set_.skeleton.bones[b].rest_offset_m = found.rest_offsets_m[b];
-  }
-  for (std::size_t m = 0; m < memories_.size(); ++m) set_.markers[m].offset_m = found.marker_offsets_m[m];
-  constraints_.refit(set_);
-  body_.refit(found.rest_offsets_m, found.marker_offsets_m);
+  set_offsets(found.rest_offsets_m, found.marker_offsets_m);
   body_.reset_joint_calibration();
   fit_.emplace();
   fit_->subject = id_;
@@ -383,13 +378,16 @@ void SubjectLabeller::write_labels(const LabelledTracks& tracks, SubjectLabels& 
 void SubjectLabeller::refit(const SubjectFit& fit) {
   MOCAP_EXPECTS(fit.rest_offsets_m.size() == set_.skeleton.bones.size() &&
                 fit.marker_offsets_m.size() == set_.markers.size());
-  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) {
-    set_.skeleton.bones[b].rest_offset_m = fit.rest_offsets_m[b];
-  }
-  for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = fit.marker_offsets_m[m];
   limb_.stop();
+  set_offsets(fit.rest_offsets_m, fit.marker_offsets_m);
+}
+
+void SubjectLabeller::set_offsets(std::span<const Eigen::Vector3d> rest_offsets_m,
+                                  std::span<const Eigen::Vector3d> marker_offsets_m) {
+  for (std::size_t b = 0; b < set_.skeleton.bones.size(); ++b) set_.skeleton.bones[b].rest_offset_m = rest_offsets_m[b];
+  for (std::size_t m = 0; m < set_.markers.size(); ++m) set_.markers[m].offset_m = marker_offsets_m[m];
   constraints_.refit(set_);
-  body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
+  body_.refit(rest_offsets_m, marker_offsets_m);
 }
 
 std::optional<SubjectFit> SubjectLabeller::take_fit() {

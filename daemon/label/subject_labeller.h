@@ -201,6 +201,7 @@ class SubjectLabeller {
   bool supported_by_rigid_neighbours(std::size_t marker, double off_m, const LabelledTracks& tracks) const;
   void reject_contradicted(LabelledTracks& tracks);
   void learn(const RecognisedSubject& found);
+  void set_offsets(std::span<const Eigen::Vector3d> rest_offsets_m, std::span<const Eigen::Vector3d> marker_offsets_m);
 
   bool follows_wrong_tracks() const;
   void reassociate_limbs(LabelledTracks& tracks);

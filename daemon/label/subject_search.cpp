@@ -224,9 +224,7 @@ const RecognisedSubject* SubjectSearch::search_calibration_pose() {
 }
 
 const RecognisedSubject* SubjectSearch::accept_calibration_pose(const identify::FoundBody& found) {
-  found_.track_of_marker.clear();
-  for (const int p : found.point_of_marker)
-    found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point_[static_cast<std::size_t>(p)]);
+  set_tracks(found.point_of_marker, track_of_point_);
   found_.locals.clear();
   found_.is_newly_fitted = !rigid();
   found_.in_any_pose = false;
@@ -236,11 +234,15 @@ const RecognisedSubject* SubjectSearch::accept_calibration_pose(const identify::
   return &found_;
 }
 
+void SubjectSearch::set_tracks(std::span<const int> point_of_marker, std::span<const TrackId> track_of_point) {
+  found_.track_of_marker.clear();
+  for (const int p : point_of_marker)
+    found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point[static_cast<std::size_t>(p)]);
+}
+
 void SubjectSearch::begin_verification(const identify::FoundPose& found, std::span<const TrackId> track_of_point,
                                        Timestamp at) {
-  found_.track_of_marker.clear();
-  for (const int p : found.point_of_marker)
-    found_.track_of_marker.push_back(p < 0 ? TrackId{} : track_of_point[static_cast<std::size_t>(p)]);
+  set_tracks(found.point_of_marker, track_of_point);
   found_.locals = found.locals;
   found_.is_newly_fitted = found_.in_any_pose = false;
   found_.rms_m = found.rms_m;

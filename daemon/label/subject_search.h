@@ -89,6 +89,7 @@ class SubjectSearch {
   void search_uncalibrated(const LabelledTracks& tracks, const StationaryTracks& stationary, std::size_t work,
                            Timestamp at);
   const RecognisedSubject* accept_calibration_pose(const identify::FoundBody& found);
+  void set_tracks(std::span<const int> point_of_marker, std::span<const TrackId> track_of_point);
   void begin_verification(const identify::FoundPose& found, std::span<const TrackId> track_of_point, Timestamp at);
   void begin_verification(const identify::FoundUncalibratedBody& found, Timestamp at);
   bool is_unobserved(const LabelledTracks& tracks) const;
