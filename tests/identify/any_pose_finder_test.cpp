@@ -13,46 +13,16 @@
 #include <vector>
 
 #include "identify/detection_cost.h"
+#include "identify/labelled_cloud.h"
 #include "support/test_body.h"
 
 namespace mocap::identify {
 namespace any_pose_finder_test {
 
+using test::Cloud;
+using test::count_labels;
 using test::person;
-
-struct Cloud {
-  std::vector<Eigen::Vector3d> points;
-  std::vector<int> marker_of_point;  // -1: clutter
-};
-
-// These markers of a person in a random pose in random order, with `ghosts` clutter points.
-Cloud random_cloud(const MarkerSet& set, std::vector<int> markers, int ghosts, std::mt19937& random) {
-  std::normal_distribution<double> normal(0.0, 0.0005);
-  std::uniform_real_distribution<double> flat(-1.0, 1.0);
-  kinematics::PoseFit body(set, kinematics::PoseFit::Lengths::Fixed);
-  body.set_locals(test::random_pose(set, 1.0, random));
-  for (int i = 0; i < ghosts; ++i) markers.push_back(-1);
-  std::shuffle(markers.begin(), markers.end(), random);
-  Cloud cloud;
-  for (const int m : markers) {
-    Eigen::Vector3d at =
-        m < 0 ? Eigen::Vector3d(body.world()[0].position + Eigen::Vector3d(flat(random), flat(random), flat(random)))
-              : body.marker_at(static_cast<std::size_t>(m));
-    at += Eigen::Vector3d(normal(random), normal(random), normal(random));
-    cloud.points.push_back(at);
-    cloud.marker_of_point.push_back(m);
-  }
-  return cloud;
-}
-
-// The same without `hidden` markers.
-Cloud random_cloud(const MarkerSet& set, int hidden, int ghosts, std::mt19937& random) {
-  std::vector<int> markers(set.markers.size());
-  std::iota(markers.begin(), markers.end(), 0);
-  std::shuffle(markers.begin(), markers.end(), random);
-  markers.resize(markers.size() - static_cast<std::size_t>(hidden));
-  return random_cloud(set, markers, ghosts, random);
-}
+using test::random_cloud;
 
 // The markers of a set, without those of one arm up to the wrist, and without the other collar and the hip of that
 // side.
@@ -65,22 +35,6 @@ std::vector<int> markers_without_arm(const MarkerSet& set, const std::string& si
     if (!is_hidden) markers.push_back(static_cast<int>(m));
   }
   return markers;
-}
-
-struct LabelCounts {
-  int right = 0;
-  int wrong = 0;
-};
-
-LabelCounts count_labels(const FoundPose& found, const Cloud& cloud) {
-  LabelCounts counts;
-  for (std::size_t m = 0; m < found.point_of_marker.size(); ++m) {
-    const int p = found.point_of_marker[m];
-    if (p < 0) continue;
-    const bool right = cloud.marker_of_point[static_cast<std::size_t>(p)] == static_cast<int>(m);
-    ++(right ? counts.right : counts.wrong);
-  }
-  return counts;
 }
 
 // A body that differs from the file: size by up to 10 %, and each bone by up to 2 %, so that left differs from right.

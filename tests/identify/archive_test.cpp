@@ -33,6 +33,14 @@ void read(const std::vector<std::byte>& bytes, auto& object) {
   ASSERT_EQ(members.size(), bytes.size());
 }
 
+// Replaces the object by a new one that reads its belief.
+void replace(auto& object, const auto& make) {
+  const std::vector<std::byte> belief = write(*object);
+  object = make();
+  read(belief, *object);
+  ASSERT_EQ(write(*object), belief);
+}
+
 struct Offsets {
   std::vector<Eigen::Vector3d> rest_m, marker_m;
 };
@@ -79,11 +87,7 @@ TEST(Archive, AnyPoseFinderContinuesASearchInANewObjectAfterEachCall) {
       for (int calls = 0; whole.searching(); ++calls) {
         (void)whole.advance(300);
         (void)parts->advance(300);
-        const std::vector<std::byte> belief = write(*parts);
-        parts = std::make_unique<AnyPoseFinder>(set, FindAnyPoseSettings{});
-        read(belief, *parts);
-
-        ASSERT_EQ(write(*parts), belief) << name << " " << calls;
+        replace(parts, [&] { return std::make_unique<AnyPoseFinder>(set, FindAnyPoseSettings{}); });
         ASSERT_EQ(parts->searching(), whole.searching()) << name << " " << calls;
         if (whole.searching()) {
           ASSERT_EQ(parts->work(), whole.work()) << name << " " << calls;
@@ -99,30 +103,30 @@ TEST(Archive, AnyPoseFinderContinuesASearchInANewObjectAfterEachCall) {
   }
 }
 
-// In each of its stages.
+// In each of its stages, and with the next size.
 TEST(Archive, UncalibratedBodyFinderContinuesASearchInANewObjectAfterEachCall) {
   std::mt19937 random(23);
   const MarkerSet set = person("openmocap18");
   const std::vector<Eigen::Vector3d> points = random_points(set, fitted_offsets(set), random);
   UncalibratedBodyFinder whole(set);
   auto parts = std::make_unique<UncalibratedBodyFinder>(set);
-  for (int size = 0; size < 2 && !whole.found(); ++size) {
+  int found_count = 0;
+  for (int size = 0; size < 2; ++size) {
     whole.begin(points);
     parts->begin(points);
     for (int calls = 0; whole.searching(); ++calls) {
       (void)whole.advance(100);
       (void)parts->advance(100);
-      const std::vector<std::byte> belief = write(*parts);
-      parts = std::make_unique<UncalibratedBodyFinder>(set);
-      read(belief, *parts);
-
-      ASSERT_EQ(write(*parts), belief) << calls;
+      replace(parts, [&] { return std::make_unique<UncalibratedBodyFinder>(set); });
       ASSERT_EQ(parts->searching(), whole.searching()) << calls;
     }
+    ASSERT_EQ(whole.found().has_value(), parts->found().has_value());
+    if (!whole.found()) continue;
+    ++found_count;
+    FoundUncalibratedBody one = *whole.found(), other = *parts->found();
+    EXPECT_EQ(write(one), write(other));
   }
-  ASSERT_TRUE(whole.found() && parts->found());
-  FoundUncalibratedBody one = *whole.found(), other = *parts->found();
-  EXPECT_EQ(write(one), write(other));
+  EXPECT_GT(found_count, 0);
 }
 
 TEST(Archive, DistanceConstraintsAreThoseOfTheFittedBody) {

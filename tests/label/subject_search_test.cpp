@@ -36,6 +36,17 @@ struct Search {
     return nullptr;
   }
 
+  // The number of labels, each of which must be that of its track.
+  std::size_t label_count(const RecognisedSubject& found) const {
+    std::size_t count = 0;
+    for (std::size_t m = 0; m < set.markers.size(); ++m) {
+      if (!found.track_of_marker[m].names_something()) continue;
+      EXPECT_EQ(found.track_of_marker[m], tracked[m].id) << m;
+      ++count;
+    }
+    return count;
+  }
+
   MarkerSet set;
   kinematics::PoseFit truth;
   SubjectSearch search;
@@ -90,13 +101,7 @@ TEST(SubjectSearch, IdentifiesAFittedBodyInAnotherPose) {
 
   ASSERT_NE(found, nullptr);
   EXPECT_FALSE(found->is_newly_fitted);
-  std::size_t labelled = 0;
-  for (std::size_t m = 0; m < search.set.markers.size(); ++m) {
-    if (!found->track_of_marker[m].names_something()) continue;
-    EXPECT_EQ(found->track_of_marker[m], search.tracked[m].id) << m;
-    ++labelled;
-  }
-  EXPECT_GE(2 * labelled, search.set.markers.size());
+  EXPECT_GE(2 * search.label_count(*found), search.set.markers.size());
 }
 
 constexpr LabelSettings kUncalibrated{.search_uncalibrated = true};
@@ -109,13 +114,7 @@ TEST(SubjectSearch, IdentifiesABodyThatIsNotFittedInAnotherPose) {
 
   ASSERT_NE(found, nullptr);
   EXPECT_TRUE(found->is_newly_fitted && found->in_any_pose);
-  std::size_t labelled = 0;
-  for (std::size_t m = 0; m < search.set.markers.size(); ++m) {
-    if (!found->track_of_marker[m].names_something()) continue;
-    EXPECT_EQ(found->track_of_marker[m], search.tracked[m].id) << m;
-    ++labelled;
-  }
-  EXPECT_GE(2 * labelled, search.set.markers.size());
+  EXPECT_GE(2 * search.label_count(*found), search.set.markers.size());
 }
 
 TEST(SubjectSearch, LeavesABodyThatIsNotFittedToTheCalibrationPoseWhileAnotherPersonIsMissing) {
@@ -132,14 +131,32 @@ TEST(SubjectSearch, LeavesABodyThatIsNotFittedToTheCalibrationPoseByDefault) {
   EXPECT_EQ(search.run(std::chrono::seconds(4)), nullptr);
 }
 
-TEST(SubjectSearch, PrefersATPoseThatIsHeldMeanwhile) {
-  Search search(false, {}, kUncalibrated);
-  for (std::size_t m = 0; m < 16; ++m) search.tracked[m].state = TrackState::Candidate;  // too few for any pose
+// The search in any pose has not ended when the T-pose is found.
+TEST(SubjectSearch, FindsATPoseDuringASearchInAnyPose) {
+  Search search(false, {}, {.search_uncalibrated = true, .search_work = 5});
 
   const RecognisedSubject* found = search.run(std::chrono::seconds(2));
 
   ASSERT_NE(found, nullptr);
   EXPECT_FALSE(found->in_any_pose);
+  EXPECT_EQ(search.label_count(*found), search.set.markers.size());
+}
+
+// The searches for a T-pose meanwhile have one more point, a candidate, before all markers.
+TEST(SubjectSearch, KeepsThePointsOfASearchInAnyPoseApartFromThoseOfATPose) {
+  std::mt19937 random(3);
+  Search search(false, test::random_pose(test::person("baseline41"), 0.5, random),
+                {.still_for = std::chrono::milliseconds(1), .search_uncalibrated = true, .search_work = 300});
+  const TrackedMarkers markers = search.tracked;
+  search.tracked.clear();
+  search.tracked.push_back(test::detected_track(1, {2.0, 2.0, 1.0})).state = TrackState::Candidate;
+  for (const TrackedMarker& marker : markers) search.tracked.push_back(marker);
+
+  const RecognisedSubject* found = search.run(std::chrono::seconds(8));
+
+  ASSERT_NE(found, nullptr);
+  search.tracked = markers;
+  EXPECT_GE(2 * search.label_count(*found), search.set.markers.size());
 }
 
 // As with a camera that is not synchronised: the sets between have one view, in which no track can be measured.
