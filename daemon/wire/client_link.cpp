@@ -119,7 +119,7 @@ void ClientLink::note(Greeting greeting) {
   LinkFault cause = LinkFault::NotADaemon;
   if (greeting == Greeting::WithoutKeys && has_keys_) cause = LinkFault::KeyNotWanted;
   if (greeting == Greeting::WithKeys) cause = has_keys_ ? LinkFault::ServerKeyWrong : LinkFault::KeyMissing;
-  // A refused key is told by the daemon itself, after a handshake in which the server key was right.
+  // A daemon that refuses the key of the client says so, after a handshake in which the server key was right.
   const bool is_refused = cause == LinkFault::ServerKeyWrong && status_.fault == LinkFault::KeyRefused;
   if (!is_refused) status_.fault = cause;
   cause_known_ = true;
