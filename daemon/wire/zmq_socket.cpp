@@ -28,12 +28,6 @@ Error zmq_failure(const std::string& what) {
   }
 }
 
-ZmqContext::ZmqContext() : context_(zmq_ctx_new()) {}
-
-ZmqContext::~ZmqContext() {
-  if (context_ != nullptr) zmq_ctx_term(context_);
-}
-
 ZmqSocket::~ZmqSocket() { close(); }
 
 Status ZmqSocket::open(const ZmqContext& context, int kind, const std::string& who) {

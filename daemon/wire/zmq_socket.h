@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "wire/zmq_context.h"
 
 namespace mocap::wire {
 
@@ -19,20 +20,6 @@ inline long whole_ms(Duration span) { return std::chrono::ceil<std::chrono::mill
 
 /// Returns the error of the last failed ZeroMQ call of this thread; its message starts with "WHAT: ".
 Error zmq_failure(const std::string& what);
-
-/// A ZeroMQ context. Must outlive its sockets.
-class ZmqContext {
- public:
-  ZmqContext();
-  ~ZmqContext();
-  ZmqContext(const ZmqContext&) = delete;
-  ZmqContext& operator=(const ZmqContext&) = delete;
-
-  void* get() const { return context_; }
-
- private:
-  void* context_;
-};
 
 /// A ZeroMQ socket; the destructor closes it. One thread at a time uses it.
 class ZmqSocket {

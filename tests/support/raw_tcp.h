@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace mocap::support {
 
@@ -28,6 +29,14 @@ class RawTcp {
   RawTcp(const RawTcp&) = delete;
   RawTcp& operator=(const RawTcp&) = delete;
   ~RawTcp() { ::close(socket_); }
+
+  /// Ends the connection with RST: the peer's unread data and unsent data are lost.
+  void reset() {
+    const linger none{1, 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &none, sizeof(none));
+    ::close(std::exchange(socket_, -1));
+    open_ = false;
+  }
 
   bool open() const { return open_; }
   void send(std::string_view bytes) {
