@@ -23,6 +23,7 @@ BenchmarkCase case_of(const std::string& take) {
   BenchmarkCase one{take, benchmark::BodyKnown::Given, "soma", 3, {"LASI", "RASI"}, {}};
   one.run.figures.macro_f1 = 0.98765;
   one.run.figures.longest_wrong_frames = 7;
+  one.run.offline.macro_f1 = 0.99876;
   one.run.withheld[static_cast<std::size_t>(benchmark::Withheld::OutsideGate)] = 5;
   one.run.withheld_of.resize(2);
   one.run.withheld_of[1][static_cast<std::size_t>(benchmark::Withheld::OutsideGate)] = 5;
@@ -48,6 +49,8 @@ TEST(BenchmarkReport, LineAndHeaderHaveTheSameColumns) {
   EXPECT_THAT(line, HasSubstr("walk"));
   EXPECT_THAT(line, HasSubstr("0.9877"));
   EXPECT_THAT(line, HasSubstr("      7"));
+  EXPECT_THAT(header, HasSubstr("off. F1"));
+  EXPECT_THAT(line, HasSubstr("0.9988"));
 }
 
 TEST(BenchmarkReport, ReasonsNameMarkersAndWrongLabels) {
@@ -65,6 +68,7 @@ TEST(BenchmarkReport, JsonHasNullForAbsentFigures) {
 
   EXPECT_NEAR(json["runs"][0]["macro_f1"].get<double>(), 0.98765, 1e-12);
   EXPECT_TRUE(json["runs"][0]["idf1"].is_null());
+  EXPECT_NEAR(json["runs"][0]["offline"]["macro_f1"].get<double>(), 0.99876, 1e-12);
   EXPECT_EQ(json["runs"][0]["withheld"]["outside the gate"], 5);
 }
 

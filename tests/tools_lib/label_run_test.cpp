@@ -71,6 +71,23 @@ TEST(RunLabels, AColdClipWithoutATPoseIsLabelled) {
   EXPECT_EQ(run->figures.wrong, 0U);
 }
 
+// The live pass finds nobody in the first quarter of a second or more.
+TEST(RunLabels, LabelsOfflineWhatTheLivePassHadNotFoundYet) {
+  LabelledClip clip = waving();
+  const auto markers = static_cast<std::ptrdiff_t>(clip.take.markers);
+  clip.take.places_m.erase(clip.take.places_m.begin(), clip.take.places_m.begin() + 200 * markers);
+  for (const BodyKnown mode : {BodyKnown::Given, BodyKnown::Calibrated, BodyKnown::Cold}) {
+    const auto run = run_labels(clip, {mode, *noise_named("cuts50"), 1, nullptr});
+
+    ASSERT_TRUE(run) << run.error().message;
+    EXPECT_EQ(run->offline.frames, run->figures.frames);
+    EXPECT_EQ(run->offline.points, run->figures.points);
+    ASSERT_LT(*run->figures.macro_f1, 0.985) << text_of(mode) << ": the comparison would mean nothing";
+    EXPECT_GT(*run->offline.macro_f1, 0.99) << text_of(mode);
+    EXPECT_EQ(run->offline.wrong, 0U) << text_of(mode);
+  }
+}
+
 TEST(RunLabels, CountsEachPointWithoutALabelOnce) {
   const auto run = run_labels(waving(), {BodyKnown::Given, *noise_named("uniform30"), 2, nullptr});
 

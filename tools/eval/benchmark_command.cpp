@@ -36,7 +36,8 @@ uniform10 and uniform30 (hidden for 0.5 s each).
 
 macro F1, precision and recall are means over all labels and the label of no
 marker; label recall and precision count points. The column "since 1" is macro
-F1 from the first frame with a label on.
+F1 from the first frame with a label on. All are live, but for "off.": offline,
+with a second pass from the last frame to the first (F1, precision, longest).
 
 examples:
   mocap-eval benchmark labels a.c3d b.trc --noise soma,studio --modes given

@@ -59,26 +59,31 @@ std::string worst_markers(const std::map<std::string, Reasons>& of_marker) {
   return text;
 }
 
+// The figures that live and offline labels share.
+Json json_of(const benchmark::LabelFigures& f) {
+  return {{"macro_f1", scoring::or_null(f.macro_f1)},
+          {"macro_precision", scoring::or_null(f.macro_precision)},
+          {"macro_recall", scoring::or_null(f.macro_recall)},
+          {"accuracy", scoring::or_null(f.accuracy)},
+          {"label_precision", scoring::or_null(f.label_precision)},
+          {"label_recall", scoring::or_null(f.label_recall)},
+          {"idf1", scoring::or_null(f.idf1)},
+          {"wrong_labels", f.wrong},
+          {"longest_wrong_frames", f.longest_wrong_frames},
+          {"first_label_s", scoring::or_null(f.first_label_s)}};
+}
+
 Json json_of(const BenchmarkCase& one) {
-  const benchmark::LabelFigures& f = one.run.figures;
   Json json = {{"take", one.take}, {"mode", text_of(one.mode)}, {"noise", one.noise}, {"seed", one.seed}};
-  json["frames"] = f.frames;
-  json["points"] = f.points;
-  json["macro_f1"] = scoring::or_null(f.macro_f1);
+  json["frames"] = one.run.figures.frames;
+  json["points"] = one.run.figures.points;
+  json.update(json_of(one.run.figures));
   json["macro_f1_since_first_label"] = scoring::or_null(one.run.since_first.macro_f1);
   json["label_recall_since_first_label"] = scoring::or_null(one.run.since_first.label_recall);
-  json["macro_precision"] = scoring::or_null(f.macro_precision);
-  json["macro_recall"] = scoring::or_null(f.macro_recall);
-  json["accuracy"] = scoring::or_null(f.accuracy);
-  json["label_precision"] = scoring::or_null(f.label_precision);
-  json["label_recall"] = scoring::or_null(f.label_recall);
-  json["idf1"] = scoring::or_null(f.idf1);
-  json["wrong_labels"] = f.wrong;
-  json["longest_wrong_frames"] = f.longest_wrong_frames;
-  json["first_label_s"] = scoring::or_null(f.first_label_s);
   json["ms_per_frame"] = one.run.ms_per_frame;
   Json& withheld = json["withheld"] = Json::object();
   for (const std::size_t r : by_count(one.run.withheld)) withheld[std::string(reason_text(r))] = one.run.withheld[r];
+  json["offline"] = json_of(one.run.offline);
   return json;
 }
 
@@ -110,19 +115,21 @@ std::string wrong_labels(const BenchmarkCase& one) {
 }  // namespace
 
 std::string benchmark_header() {
-  return fmt::format("{:32} {:10} {:9} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7}\n",
-                     "take", "mode", "noise", "seed", "macro F1", "since 1", "precis.", "recall", "accuracy", "IDF1",
-                     "label p", "label r", "longest", "first s", "ms");
+  return fmt::format(
+      "{:32} {:10} {:9} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8}\n",
+      "take", "mode", "noise", "seed", "macro F1", "since 1", "precis.", "recall", "accuracy", "IDF1", "label p",
+      "label r", "longest", "first s", "ms", "off. F1", "off. p", "off. lo.");
 }
 
 std::string benchmark_line(const BenchmarkCase& one) {
-  const benchmark::LabelFigures& f = one.run.figures;
+  const benchmark::LabelFigures &f = one.run.figures, &offline = one.run.offline;
   const auto cell = scoring::cell;
-  return fmt::format("{:32} {:10} {:9} {:4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:7} {:>7} {:7.3f}\n",
-                     one.take, text_of(one.mode), one.noise, one.seed, cell(f.macro_f1, 4),
-                     cell(one.run.since_first.macro_f1, 4), cell(f.macro_precision, 4), cell(f.macro_recall, 4),
-                     cell(f.accuracy, 4), cell(f.idf1, 4), cell(f.label_precision, 5), cell(f.label_recall, 4),
-                     f.longest_wrong_frames, cell(f.first_label_s, 2), one.run.ms_per_frame);
+  return fmt::format(
+      "{:32} {:10} {:9} {:4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:7} {:>7} {:7.3f} {:>8} {:>8} {:8}\n",
+      one.take, text_of(one.mode), one.noise, one.seed, cell(f.macro_f1, 4), cell(one.run.since_first.macro_f1, 4),
+      cell(f.macro_precision, 4), cell(f.macro_recall, 4), cell(f.accuracy, 4), cell(f.idf1, 4),
+      cell(f.label_precision, 5), cell(f.label_recall, 4), f.longest_wrong_frames, cell(f.first_label_s, 2),
+      one.run.ms_per_frame, cell(offline.macro_f1, 4), cell(offline.label_precision, 5), offline.longest_wrong_frames);
 }
 
 std::string benchmark_reasons(const std::vector<BenchmarkCase>& cases) {

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "lib/benchmark/point_pipeline.h"
+#include "lib/offline/mirror.h"
+#include "lib/offline/two_passes.h"
 #include "lib/simworld/scene_actors.h"
 #include "lib/thread_time.h"
 #include "scene/random.h"
@@ -65,6 +68,12 @@ std::vector<int> labels_of(const NoisyFrame& frame, const Snapshot& snapshot) {
   return labels;
 }
 
+std::vector<int> truth_of(const NoisyFrame& frame) {
+  std::vector<int> truth;
+  for (const NoisyPoint& point : frame.points) truth.push_back(point.marker);
+  return truth;
+}
+
 void count_withheld(const NoisyFrame& frame, const std::vector<int>& given, const PointPipeline& pipeline,
                     LabelRun& into) {
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
@@ -76,6 +85,67 @@ void count_withheld(const NoisyFrame& frame, const std::vector<int>& given, cons
     ++into.withheld_of[marker][static_cast<std::size_t>(why)];
   }
 }
+
+// The frames in reversed time: a track that ends before frame i, and another that begins there, change places.
+NoisyFrame reversed(const std::vector<NoisyFrame>& frames, std::size_t index) {
+  NoisyFrame frame = frames[index];
+  frame.cut_m = index + 1 < frames.size() ? frames[index + 1].cut_m : std::vector<Eigen::Vector3d>{};
+  return frame;
+}
+
+// Both passes over one clip.
+struct LabelRunner {
+  const LabelledClip& clip;
+  std::vector<NoisyFrame> prelude, frames;
+  offline::TwoPasses& passes;
+  LabelRun run = {};
+
+  Timestamp at(std::size_t frame) const { return kBegin + from_s(static_cast<double>(frame) / clip.rate_hz); }
+
+  Status run_forwards() {
+    PointPipeline pipeline(passes.settings());
+    LabelTally tally(clip.take.markers, clip.rate_hz), since_first(clip.take.markers, clip.rate_hz);
+    run.withheld_of.resize(clip.take.markers);
+    double spent_s = 0.0;
+    for (std::size_t i = 0; i < prelude.size() + frames.size(); ++i) {
+      const bool is_prelude = i < prelude.size();
+      const NoisyFrame& frame = is_prelude ? prelude[i] : frames[i - prelude.size()];
+      const double begun_s = to_s(thread_time());
+      const Snapshot& snapshot = pipeline.step(at(i), frame);
+      const double took_s = to_s(thread_time()) - begun_s;
+      if (const Status kept = passes.add(snapshot, pipeline.fit()); !kept) return kept;
+      if (is_prelude) continue;
+      spent_s += took_s;
+      const std::vector<int> truth = truth_of(frame), given = labels_of(frame, snapshot);
+      tally.add(truth, given);
+      if (tally.has_label()) since_first.add(truth, given);
+      count_withheld(frame, given, pipeline, run);
+    }
+    run.figures = tally.figures();
+    run.since_first = since_first.figures();
+    run.confusions = tally.confusions();
+    run.ms_per_frame = 1e3 * spent_s / static_cast<double>(std::max<std::size_t>(1, frames.size()));
+    return {};
+  }
+
+  Status run_backwards() {
+    passes.turn();
+    PointPipeline pipeline(passes.settings());
+    const std::size_t last = prelude.size() + frames.size() - 1;
+    const offline::Mirror mirror(kBegin, at(last));
+    std::vector<std::vector<int>> given(frames.size());
+    for (std::size_t i = frames.size(); i-- > 0;) {
+      const Timestamp now = mirror.mirrored(at(prelude.size() + i));
+      const Result<Snapshot> joined = passes.join(pipeline.step(now, reversed(frames, i)));
+      if (!joined) return joined.error();
+      given[i] = labels_of(frames[i], *joined);
+    }
+    LabelTally tally(clip.take.markers, clip.rate_hz);
+    for (std::size_t i = 0; i < frames.size(); ++i) tally.add(truth_of(frames[i]), given[i]);
+    run.offline = tally.figures();
+    return {};
+  }
+};
 
 }  // namespace
 
@@ -90,39 +160,18 @@ std::string_view text_of(BodyKnown mode) { return kModeNames[static_cast<std::si
 Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted) {
   const auto body = true_body_of(clip, wanted);
   if (!body) return body.error();
-  const std::vector<NoisyFrame> prelude = prelude_of(*body, clip.rate_hz, wanted.mode);
-  const std::vector<NoisyFrame> frames = add_noise(clip, wanted.noise, wanted.seed);
-
   settings::DaemonSettings settings;
   settings.subject_models.push_back(label_subject_of(*body, wanted));
   settings.nominal_rate_hz = clip.rate_hz;
   settings.label.search_uncalibrated = wanted.mode == BodyKnown::Cold;
   settings.rig = scene::ring_rig({});  // required, but no camera takes part
-  PointPipeline pipeline(settings);
-  LabelTally tally(clip.take.markers, clip.rate_hz), since_first(clip.take.markers, clip.rate_hz);
-  LabelRun run;
-  run.withheld_of.resize(clip.take.markers);
-  double spent_s = 0.0;
-  std::vector<int> truth;
-  for (std::size_t i = 0; i < prelude.size() + frames.size(); ++i) {
-    const bool is_prelude = i < prelude.size();
-    const NoisyFrame& frame = is_prelude ? prelude[i] : frames[i - prelude.size()];
-    const double begun_s = to_s(thread_time());
-    const Snapshot& snapshot = pipeline.step(kBegin + from_s(static_cast<double>(i) / clip.rate_hz), frame);
-    if (is_prelude) continue;
-    spent_s += to_s(thread_time()) - begun_s;
-    const std::vector<int> given = labels_of(frame, snapshot);
-    truth.clear();
-    for (const NoisyPoint& point : frame.points) truth.push_back(point.marker);
-    tally.add(truth, given);
-    if (tally.has_label()) since_first.add(truth, given);
-    count_withheld(frame, given, pipeline, run);
-  }
-  run.figures = tally.figures();
-  run.since_first = since_first.figures();
-  run.confusions = tally.confusions();
-  run.ms_per_frame = 1e3 * spent_s / static_cast<double>(std::max<std::size_t>(1, frames.size()));
-  return run;
+  auto passes = offline::TwoPasses::create(settings, std::filesystem::temp_directory_path());
+  if (!passes) return passes.error();
+  LabelRunner runner{clip, prelude_of(*body, clip.rate_hz, wanted.mode), add_noise(clip, wanted.noise, wanted.seed),
+                     *passes};
+  if (const Status done = runner.run_forwards(); !done) return done.error();
+  if (const Status done = runner.run_backwards(); !done) return done.error();
+  return std::move(runner.run);
 }
 
 }  // namespace mocap::benchmark

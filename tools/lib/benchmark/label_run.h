@@ -38,16 +38,18 @@ struct LabelCase {
 };
 
 struct LabelRun {
-  LabelFigures figures;                                    ///< of all frames
+  LabelFigures figures;                                    ///< of all frames, live
   LabelFigures since_first;                                ///< from the first frame with a label on
   double ms_per_frame = 0.0;                               ///< CPU time of the daemon's steps in this thread, mean
   std::vector<Confusion> confusions;                       ///< wrong labels, most frequent first
   std::array<std::uint64_t, kWithheldReasons> withheld{};  ///< points of markers without a label, by reason
   std::vector<std::array<std::uint64_t, kWithheldReasons>> withheld_of;  ///< the same, by marker
+  LabelFigures offline;  ///< of all frames, labelled forwards and then backwards (lib/offline)
 };
 
-/// Tracks and labels a clip with noise, live. The same arguments give the same result, except the time. Fails with
-/// InvalidArgument if the body cannot be fitted.
+/// Tracks and labels a clip with noise, live, and then backwards with the body that the live pass fitted. All figures
+/// but `offline` are of the live pass. The same arguments give the same result, except the time. Fails with
+/// InvalidArgument if the body cannot be fitted, and with Io if there is no space for temporary files.
 Result<LabelRun> run_labels(const LabelledClip& clip, const LabelCase& wanted);
 
 }  // namespace mocap::benchmark

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,9 @@ class PointPipeline {
 
   /// Processes one frame. The snapshot is valid until the next call.
   const Snapshot& step(Timestamp at, const NoisyFrame& frame);
+
+  /// As Fusion::fit, after the last step.
+  const std::optional<SubjectFit>& fit() const { return fusion_->fit(); }
 
   /// Predictions, 3D tracks and labelling of the last step, for explanations. Valid until the next step.
   const Predictions& predicted() const;

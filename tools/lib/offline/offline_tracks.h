@@ -6,10 +6,10 @@
 
 #include "base/result.h"
 #include "fusion/fusion.h"
-#include "lib/offline/ages.h"
 #include "lib/offline/mirror.h"
 #include "lib/offline/record_spool.h"
-#include "model/description.h"
+#include "lib/offline/two_passes.h"
+#include "model/snapshot.h"
 #include "settings/daemon_settings.h"
 
 namespace mocap::offline {
@@ -35,17 +35,15 @@ class OfflineTracks {
   /// After `finish`, of the set with that index: decoded, so that covariances are absent. Fails with Io.
   Result<Snapshot> snapshot(std::size_t index) const;
   /// With the fitted bodies, to which all snapshots refer.
-  const settings::DaemonSettings& settings() const noexcept { return *settings_; }
+  const settings::DaemonSettings& settings() const noexcept { return passes_.settings(); }
 
  private:
-  OfflineTracks(const settings::DaemonSettings& settings, RecordSpool sets, RecordSpool forward, RecordSpool joined);
+  OfflineTracks(RecordSpool sets, TwoPasses passes, RecordSpool joined);
   Result<OwnedSet> set(std::size_t index) const;
 
-  std::unique_ptr<settings::DaemonSettings> settings_;
-  Description fitted_;
+  TwoPasses passes_;
   std::unique_ptr<fusion::Fusion> fusion_;  // of the forward pass
-  AgeWatch ages_;
-  RecordSpool sets_, forward_, joined_;  // joined_: from the last set to the first
+  RecordSpool sets_, joined_;               // joined_: from the last set to the first
   Timestamp first_at_, last_at_;
 };
 
