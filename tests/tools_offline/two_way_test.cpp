@@ -93,7 +93,15 @@ TEST_F(TwoWayOfOneSubject, DoNotStartASubjectThatTheForwardPassFoundElsewhere) {
   EXPECT_EQ(joined.unlabelled.size(), kMarkers);
 }
 
-TEST_F(TwoWayOfOneSubject, DoNotStartASubjectThatTheBackwardPassLostInBetween) {
+TEST_F(TwoWayOfOneSubject, StartTheOnlySubjectAlsoWhereTheBackwardPassFoundItLater) {
+  TwoWay both(subjects_);
+  (void)both.join(tracked(), searching());
+
+  EXPECT_EQ(both.join(searching(), tracked()).labels[0].phase, SubjectPhase::Tracking);
+}
+
+TEST_F(TwoWayOfOneSubject, DoNotStartOneOfTwoSubjectsThatTheBackwardPassLostInBetween) {
+  subjects_.push_back(subjects_.front());
   TwoWay both(subjects_);
   (void)both.join(tracked(), tracked());
   (void)both.join(searching(), searching());

@@ -46,13 +46,16 @@ LabelledMarker claimed(LabelledMarker marker, Snapshot& from) {
 
 }  // namespace
 
-void TwoWay::judge(const SubjectLabels& forward, const SubjectLabels& backward) {
-  bool& trusted = trusted_[forward.subject.value];
+// The only subject cannot be exchanged with another one: it is trusted as soon as the backward pass finds it, unless
+// the forward pass has it elsewhere at the same time.
+bool TwoWay::judge(const SubjectLabels& forward, const SubjectLabels& backward) {
+  const bool is_alone = subjects_.size() == 1;
+  bool& trusted = trusted_.try_emplace(forward.subject.value, is_alone).first->second;
   if (backward.phase != SubjectPhase::Tracking) {
-    trusted = false;
-    return;
+    trusted = is_alone;
+    return false;
   }
-  if (forward.phase != SubjectPhase::Tracking) return;
+  if (forward.phase != SubjectPhase::Tracking) return trusted;
   int both = 0, same = 0;
   for (std::size_t m = 0; m < std::min(forward.markers.size(), backward.markers.size()); ++m) {
     const LabelledMarker &one = forward.markers[m], &other = backward.markers[m];
@@ -61,6 +64,7 @@ void TwoWay::judge(const SubjectLabels& forward, const SubjectLabels& backward) 
     same += distance_m(one.position, other.position) < kSameMarker_m ? 1 : 0;
   }
   if (both >= kFewest) trusted = same >= kAgreeingShare * both;
+  return trusted;
 }
 
 Snapshot TwoWay::join(const Pass& forward, const Pass& backward) {
@@ -69,8 +73,7 @@ Snapshot TwoWay::join(const Pass& forward, const Pass& backward) {
     const SubjectLabels& own = forward.snapshot.labels[i];
     const std::size_t other = index_of(backward.snapshot.labels, own.subject);
     if (other == backward.snapshot.labels.size()) continue;
-    judge(own, backward.snapshot.labels[other]);
-    if (!trusted_[own.subject.value]) continue;
+    if (!judge(own, backward.snapshot.labels[other])) continue;
     if (own.phase != SubjectPhase::Tracking) {
       start_subject(i, backward, other, joined);
       continue;
