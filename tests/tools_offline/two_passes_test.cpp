@@ -35,6 +35,29 @@ TEST(TwoPasses, GiveTheBackwardPassTheFittedBodyAndJoinFromTheEnd) {
   }
 }
 
+TEST(TwoPasses, VelocitiesOfTheBackwardPassAreThoseOfForwardTime) {
+  const RecordedWorld world;
+  auto passes = TwoPasses::create(world.settings(), world.folder());
+  ASSERT_TRUE(passes) << passes.error().message;
+  const auto fusion = assemble_fusion(world.settings());
+  std::vector<Snapshot> snapshots(2);  // forward, backward
+  world.play(150, [&](const FrameSet& set) { snapshots[1] = fusion->step(set); });
+  ASSERT_EQ(snapshots[1].labels[0].phase, SubjectPhase::Tracking);
+  snapshots[0] = snapshots[1];
+  snapshots[0].labels[0].phase = SubjectPhase::Searching;
+  for (LabelledMarker& marker : snapshots[0].labels[0].markers) marker.state = LabelState::Lost;
+  snapshots[0].poses.clear();
+  ASSERT_TRUE(passes->add(snapshots[0], fusion->fit()));
+  passes->turn();
+  snapshots[1].poses[0].bones[0].velocity_m_s = {1.0, 2.0, 3.0};
+
+  const auto joined = passes->join(snapshots[1]);
+
+  ASSERT_TRUE(joined) << joined.error().message;
+  ASSERT_EQ(joined->poses.size(), 1U) << "taken over from the backward pass";
+  EXPECT_EQ(joined->poses[0].bones[0].velocity_m_s, Eigen::Vector3d(-1.0, -2.0, -3.0));
+}
+
 TEST(SnapshotRecord, PartsComeBackInTheirOrder) {
   std::string record;
   put("one", record);

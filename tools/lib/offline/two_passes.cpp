@@ -56,20 +56,27 @@ void TwoPasses::turn() {
   left_ = forward_.size();
 }
 
-Result<Snapshot> TwoPasses::join(Snapshot backward) {
-  MOCAP_EXPECTS(both_ && left_ > 0);
-  Pass from_end{std::move(backward), {}};
-  from_end.ages = ages_.next(from_end.snapshot);
-  Mirror::unmirror(from_end.snapshot.poses);
+Status TwoPasses::read_forward_pass() {
   const Result<std::string> record = forward_.read(--left_);
   if (!record) return record.error();
   std::string_view parts = *record;
-  Result<Snapshot> snapshot = snapshot_of(next_part(parts));
+  const Result<Snapshot> snapshot = snapshot_of(next_part(parts));
   if (!snapshot) return snapshot.error();
-  std::optional<Ages> own = decode_ages(next_part(parts), *snapshot);
-  MOCAP_EXPECTS(own);
-  Snapshot joined = both_->join(Pass{*std::move(snapshot), *std::move(own)}, from_end);
-  joined.description_version = kDescriptionVersion;
+  std::optional<Ages> ages = decode_ages(next_part(parts), *snapshot);
+  MOCAP_EXPECTS(ages);
+  forward_pass_->snapshot = *snapshot;
+  forward_pass_->ages = *std::move(ages);
+  return {};
+}
+
+Result<Snapshot> TwoPasses::join(const Snapshot& backward) {
+  MOCAP_EXPECTS(both_ && left_ > 0);
+  backward_pass_->snapshot = backward;
+  backward_pass_->ages = ages_.next(backward);
+  Mirror::unmirror(backward_pass_->snapshot.poses);
+  if (const Status read = read_forward_pass(); !read) return read.error();
+  Result<Snapshot> joined = both_->join(*forward_pass_, *backward_pass_);
+  joined->description_version = kDescriptionVersion;
   return joined;
 }
 

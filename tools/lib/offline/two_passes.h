@@ -34,16 +34,19 @@ class TwoPasses {
 
   /// Joins the next step of the backward pass, from the last to the first. Its time is mirrored (Mirror). The joined
   /// snapshot has the time of the forward pass, and no covariances. Fails with Io. Precondition: turn() was called.
-  Result<Snapshot> join(Snapshot backward);
+  Result<Snapshot> join(const Snapshot& backward);
 
  private:
   TwoPasses(const settings::DaemonSettings& settings, RecordSpool forward);
+  Status read_forward_pass();
 
   std::unique_ptr<settings::DaemonSettings> settings_;
   Description fitted_;
   AgeWatch ages_;  // of the pass that runs
   RecordSpool forward_;
   std::size_t left_ = 0;  // steps of the forward pass that were not joined yet
+  // Of the step that is joined; not on the stack, because a snapshot has 0.8 MB.
+  std::unique_ptr<Pass> forward_pass_ = std::make_unique<Pass>(), backward_pass_ = std::make_unique<Pass>();
   std::optional<TwoWay> both_;
 };
 
