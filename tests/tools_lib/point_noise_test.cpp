@@ -151,6 +151,30 @@ TEST(PointNoise, Cuts50CutsVisibleMarkersInFiftyFrames) {
   EXPECT_EQ(cuts, 50);
 }
 
+TEST(PointNoise, ReversedFramesCutTheSameTracksBetweenTheSameFrames) {
+  const auto frames = add_noise(clip_of(30, 200), *noise_named("cuts50"), 4);
+
+  const auto turned = reversed(frames);
+
+  ASSERT_EQ(turned.size(), frames.size());
+  int same = 0, later = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    EXPECT_EQ(turned[frames.size() - 1 - i].points.size(), frames[i].points.size());
+    if (frames[i].cut_m.empty()) continue;
+    const auto cut = std::ranges::find(frames[i].points, frames[i].cut_m[0], &NoisyPoint::position_m);
+    const NoisyFrame& before = turned[frames.size() - i];  // frame i - 1
+    const auto point = std::ranges::find(before.points, cut->marker, &NoisyPoint::marker);
+    const bool cuts = point != before.points.end() && std::ranges::count(before.cut_m, point->position_m) == 1;
+    EXPECT_EQ(cuts, point != before.points.end()) << i;
+    (cuts ? same : later) += 1;
+  }
+  std::size_t cuts = 0;
+  for (const NoisyFrame& frame : turned) cuts += frame.cut_m.size();
+  EXPECT_EQ(cuts, 50U);
+  EXPECT_GT(same, 40);
+  EXPECT_GT(later, 0) << "no marker was hidden: half of the rule was not tried";
+}
+
 TEST(PointNoise, StudioGapsAreRareAndLong) {
   const auto frames = add_noise(clip_of(40, 40'000), *noise_named("studio"), 5);
   const std::vector<int> gaps = gaps_of(frames, 40);

@@ -116,16 +116,16 @@ std::string wrong_labels(const BenchmarkCase& one) {
 
 std::string benchmark_header() {
   return fmt::format(
-      "{:32} {:10} {:9} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8}\n",
+      "{:32} {:10} {:9} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>8} {:>8} {:>9}\n",
       "take", "mode", "noise", "seed", "macro F1", "since 1", "precis.", "recall", "accuracy", "IDF1", "label p",
-      "label r", "longest", "first s", "ms", "off. F1", "off. p", "off. lo.");
+      "label r", "longest", "first s", "ms", "off. F1", "off. p", "off. long");
 }
 
 std::string benchmark_line(const BenchmarkCase& one) {
   const benchmark::LabelFigures &f = one.run.figures, &offline = one.run.offline;
   const auto cell = scoring::cell;
   return fmt::format(
-      "{:32} {:10} {:9} {:4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:7} {:>7} {:7.3f} {:>8} {:>8} {:8}\n",
+      "{:32} {:10} {:9} {:4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:7} {:>7} {:7.3f} {:>8} {:>8} {:9}\n",
       one.take, text_of(one.mode), one.noise, one.seed, cell(f.macro_f1, 4), cell(one.run.since_first.macro_f1, 4),
       cell(f.macro_precision, 4), cell(f.macro_recall, 4), cell(f.accuracy, 4), cell(f.idf1, 4),
       cell(f.label_precision, 5), cell(f.label_recall, 4), f.longest_wrong_frames, cell(f.first_label_s, 2),

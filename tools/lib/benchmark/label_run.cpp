@@ -86,13 +86,6 @@ void count_withheld(const NoisyFrame& frame, const std::vector<int>& given, cons
   }
 }
 
-// The frames in reversed time: a track that ends before frame i, and another that begins there, change places.
-NoisyFrame reversed(const std::vector<NoisyFrame>& frames, std::size_t index) {
-  NoisyFrame frame = frames[index];
-  frame.cut_m = index + 1 < frames.size() ? frames[index + 1].cut_m : std::vector<Eigen::Vector3d>{};
-  return frame;
-}
-
 // Both passes over one clip.
 struct LabelRunner {
   const LabelledClip& clip;
@@ -134,14 +127,15 @@ struct LabelRunner {
     const std::size_t last = prelude.size() + frames.size() - 1;
     const offline::Mirror mirror(kBegin, at(last));
     std::vector<std::vector<int>> given(frames.size());
-    for (std::size_t i = frames.size(); i-- > 0;) {
-      const Timestamp now = mirror.mirrored(at(prelude.size() + i));
-      const Result<Snapshot> joined = passes.join(pipeline.step(now, reversed(frames, i)));
+    std::size_t i = frames.size();
+    for (const NoisyFrame& frame : reversed(frames)) {
+      const Timestamp now = mirror.mirrored(at(prelude.size() + --i));
+      const Result<Snapshot> joined = passes.join(pipeline.step(now, frame));
       if (!joined) return joined.error();
-      given[i] = labels_of(frames[i], *joined);
+      given[i] = labels_of(frame, *joined);
     }
     LabelTally tally(clip.take.markers, clip.rate_hz);
-    for (std::size_t i = 0; i < frames.size(); ++i) tally.add(truth_of(frames[i]), given[i]);
+    for (; i < frames.size(); ++i) tally.add(truth_of(frames[i]), given[i]);
     run.offline = tally.figures();
     return {};
   }

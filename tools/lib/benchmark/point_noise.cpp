@@ -233,4 +233,23 @@ std::vector<NoisyFrame> add_noise(const LabelledClip& clip, const PointNoise& no
   return frames;
 }
 
+std::vector<NoisyFrame> reversed(const std::vector<NoisyFrame>& frames) {
+  std::vector<NoisyFrame> turned(frames.rbegin(), frames.rend());
+  for (NoisyFrame& frame : turned) frame.cut_m.clear();
+  for (std::size_t i = 0; i < turned.size(); ++i) {
+    const NoisyFrame& from = frames[frames.size() - 1 - i];
+    for (const Vector3d& cut_m : from.cut_m) {
+      const auto cut = std::ranges::find(from.points, cut_m, &NoisyPoint::position_m);
+      if (cut == from.points.end()) continue;
+      for (std::size_t next = i + 1; next < turned.size(); ++next) {
+        const auto point = std::ranges::find(turned[next].points, cut->marker, &NoisyPoint::marker);
+        if (point == turned[next].points.end()) continue;
+        turned[next].cut_m.push_back(point->position_m);
+        break;
+      }
+    }
+  }
+  return turned;
+}
+
 }  // namespace mocap::benchmark

@@ -50,6 +50,10 @@ struct NoisyFrame {
 /// The frames of a clip with noise. Pure: the same clip, noise and seed give the same frames on every machine.
 std::vector<NoisyFrame> add_noise(const LabelledClip& clip, const PointNoise& noise, std::uint64_t seed);
 
+/// The frames from the last to the first. A track that ends where another one begins does so between the same two
+/// frames; if its marker is hidden in the frame that comes later now, at the next point of the marker.
+std::vector<NoisyFrame> reversed(const std::vector<NoisyFrame>& frames);
+
 /// Length of a studio gap, frames, at quantile `share` in [0, 1): 6 at 0.5, 115 at 0.9, 420 at 0.99, at most 800;
 /// logarithms are interpolated. Source: gaps of studio recordings, p50 6, p90 104 to 125, p99 over 400 frames.
 double studio_gap_frames(double share);
