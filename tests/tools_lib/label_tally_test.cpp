@@ -30,6 +30,19 @@ TEST(LabelTally, CountsAWorkedExample) {
   EXPECT_NEAR(*figures.first_label_s, 0.1, 1e-12);
 }
 
+TEST(LabelTally, DoesNotCountAPointOfUnknownTruth) {
+  LabelTally tally(2, 10.0);
+  tally.add(std::vector{LabelTally::kUnknown, 1, LabelTally::kUnknown}, std::vector{0, 1, kNull});
+
+  const LabelFigures figures = tally.figures();
+
+  EXPECT_EQ(figures.points, 1U);
+  EXPECT_EQ(figures.unknown_points, 2U);
+  EXPECT_EQ(figures.wrong, 0U);
+  EXPECT_EQ(figures.longest_wrong_frames, 0U);
+  EXPECT_NEAR(*figures.accuracy, 1.0, 1e-12);
+}
+
 TEST(LabelTally, LongestWrongIsARunOfOneLabel) {
   LabelTally tally(2, 10.0);
   tally.add(std::vector{0, 1}, std::vector{1, 0});

@@ -77,6 +77,7 @@ Json json_of(const BenchmarkCase& one) {
   Json json = {{"take", one.take}, {"mode", text_of(one.mode)}, {"noise", one.noise}, {"seed", one.seed}};
   json["frames"] = one.run.figures.frames;
   json["points"] = one.run.figures.points;
+  json["unknown_points"] = one.run.figures.unknown_points;
   json.update(json_of(one.run.figures));
   json["macro_f1_since_first_label"] = scoring::or_null(one.run.since_first.macro_f1);
   json["label_recall_since_first_label"] = scoring::or_null(one.run.since_first.label_recall);
@@ -135,10 +136,12 @@ std::string benchmark_line(const BenchmarkCase& one) {
 std::string benchmark_reasons(const std::vector<BenchmarkCase>& cases) {
   std::map<std::string, std::pair<Reasons, std::map<std::string, Reasons>>> takes;  // by take and mode
   std::map<std::string, std::string> wrong;                                         // likewise
+  std::map<std::string, std::uint64_t> unknown;                                     // likewise
   for (const BenchmarkCase& one : cases) {
     const std::string take = fmt::format("{}, {}", one.take, text_of(one.mode));
     auto& [all, of_marker] = takes[take];
     wrong[take] += wrong_labels(one);
+    unknown[take] += one.run.figures.unknown_points;
     for (std::size_t m = 0; m < one.markers.size(); ++m) {
       for (std::size_t r = 0; r < all.size(); ++r) {
         all[r] += one.run.withheld_of[m][r];
@@ -150,6 +153,8 @@ std::string benchmark_reasons(const std::vector<BenchmarkCase>& cases) {
   for (const auto& [take, reasons] : takes) {
     text += fmt::format("\n{}: {} points of markers without a label\n{}{}{}", take, total_of(reasons.first),
                         histogram(reasons.first), worst_markers(reasons.second), wrong[take]);
+    if (unknown[take] > 0)
+      text += fmt::format("  not counted: {} points, because the file has their marker twice\n", unknown[take]);
   }
   return text;
 }

@@ -70,7 +70,8 @@ std::vector<int> labels_of(const NoisyFrame& frame, const Snapshot& snapshot) {
 
 std::vector<int> truth_of(const NoisyFrame& frame) {
   std::vector<int> truth;
-  for (const NoisyPoint& point : frame.points) truth.push_back(point.marker);
+  for (const NoisyPoint& point : frame.points)
+    truth.push_back(point.is_duplicate ? LabelTally::kUnknown : point.marker);
   return truth;
 }
 
@@ -78,7 +79,7 @@ void count_withheld(const NoisyFrame& frame, const std::vector<int>& given, cons
                     LabelRun& into) {
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
     const NoisyPoint& point = frame.points[i];
-    if (point.marker == NoisyPoint::kNobodys || given[i] != LabelTally::kNull) continue;
+    if (point.marker == NoisyPoint::kNobodys || point.is_duplicate || given[i] != LabelTally::kNull) continue;
     const auto marker = static_cast<std::size_t>(point.marker);
     const Withheld why = why_withheld(pipeline, static_cast<std::uint32_t>(marker), point.position_m);
     ++into.withheld[static_cast<std::size_t>(why)];

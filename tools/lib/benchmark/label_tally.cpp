@@ -21,6 +21,10 @@ LabelTally::LabelTally(std::size_t markers, double rate_hz)
 void LabelTally::add(std::span<const int> truth, std::span<const int> given) {
   std::vector<bool> wrong(wrong_run_.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i] == kUnknown) {
+      ++unknown_points_;
+      continue;
+    }
     ++count(truth[i], given[i]);
     if (given[i] == kNull) continue;
     if (!first_) first_ = frames_;
@@ -101,6 +105,7 @@ std::vector<Confusion> LabelTally::confusions() const {
 LabelFigures LabelTally::figures() const {
   LabelFigures figures;
   figures.frames = frames_;
+  figures.unknown_points = unknown_points_;
   std::uint64_t all_right = 0, labels_right = 0, labels = 0, markers = 0;
   for (std::size_t label = 0; label < classes_; ++label) {
     figures.points += truths(label);

@@ -12,6 +12,7 @@ namespace mocap::benchmark {
 /// without a label. A figure without data is absent.
 struct LabelFigures {
   std::uint64_t frames = 0, points = 0;
+  std::uint64_t unknown_points = 0;  ///< not counted in any other figure, because their true label is unknown
   /// Means over all labels and null, as far as they occur in the truth (Ghorbani and Black 2021 count so).
   std::optional<double> macro_f1, macro_precision, macro_recall;
   std::optional<double> accuracy;         ///< share of the points with the right label or rightly null
@@ -36,11 +37,12 @@ struct Confusion {
 class LabelTally {
  public:
   static constexpr int kNull = -1;
+  static constexpr int kUnknown = -2;  ///< truth of a point that is not counted
 
   LabelTally(std::size_t markers, double rate_hz);
 
-  /// Adds a frame: the true and the given label of each point, kNull or the index of a marker. A given label occurs
-  /// once.
+  /// Adds a frame: the true label (or kUnknown) and the given label of each point, kNull or the index of a marker. A
+  /// given label occurs once.
   void add(std::span<const int> truth, std::span<const int> given);
 
   /// Whether a point had a label in any frame.
@@ -64,7 +66,7 @@ class LabelTally {
   double rate_hz_;
   std::vector<std::uint64_t> counts_;     // by true label, then by given label
   std::vector<std::uint64_t> wrong_run_;  // by marker: frames up to now in which its label is wrong
-  std::uint64_t frames_ = 0, longest_wrong_ = 0;
+  std::uint64_t frames_ = 0, unknown_points_ = 0, longest_wrong_ = 0;
   std::optional<std::uint64_t> first_;  // frame
 };
 

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "lib/benchmark/duplicates.h"
 #include "scene/random.h"
 
 namespace mocap::benchmark {
@@ -88,17 +89,20 @@ class Visibility {
   std::vector<bool> visible_;
 };
 
-void add_markers(const LabelledClip& clip, const Visibility& visibility, std::size_t frame, NoisyFrame& into) {
+void add_markers(const LabelledClip& clip, const Duplicates& duplicates, const Visibility& visibility,
+                 std::size_t frame, NoisyFrame& into) {
   const auto places_m = clip.take.frame(frame);
   for (std::size_t m = 0; m < places_m.size(); ++m) {
-    if (visibility.at(frame, m)) into.points.push_back({places_m[m], static_cast<int>(m)});
+    if (!visibility.at(frame, m)) continue;
+    into.points.push_back({places_m[m], static_cast<int>(m), duplicates.markers[frame * places_m.size() + m]});
   }
 }
 
-void add_others(const LabelledClip& clip, std::size_t frame, NoisyFrame& into) {
+void add_others(const LabelledClip& clip, const Duplicates& duplicates, std::size_t frame, NoisyFrame& into) {
   for (std::size_t i = 0; i < clip.other.size(); ++i) {
-    const Vector3d& at_m = clip.others_m[frame * clip.other.size() + i];
-    if (at_m.allFinite()) into.points.push_back({at_m, NoisyPoint::kNobodys});
+    const std::size_t at = frame * clip.other.size() + i;
+    if (!clip.others_m[at].allFinite()) continue;
+    into.points.push_back({clip.others_m[at], NoisyPoint::kNobodys, duplicates.others[at]});
   }
 }
 
@@ -114,6 +118,7 @@ void hide_and_shift(double sigma, Random& random, NoisyFrame& frame) {
         point.position_m[axis] += kSolverShift_m * (2.0 * random.uniform() - 1.0);
       }
       point.marker = NoisyPoint::kNobodys;
+      point.is_duplicate = false;
     }
     kept.push_back(point);
   }
@@ -220,11 +225,12 @@ std::vector<NoisyFrame> add_noise(const LabelledClip& clip, const PointNoise& no
   visibility.hide_in_each_frame(noise.hidden_min, noise.hidden_max, random_of(Stream::Hidden, seed));
 
   Random ghosts = random_of(Stream::Ghosts, seed), shares = random_of(Stream::Frames, seed);
+  const Duplicates duplicates = find_duplicates(clip);
   std::vector<NoisyFrame> frames(clip.frames());
   for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-    add_markers(clip, visibility, frame, frames[frame]);
+    add_markers(clip, duplicates, visibility, frame, frames[frame]);
     if (noise.frame_sigma > 0.0) hide_and_shift(noise.frame_sigma, shares, frames[frame]);
-    add_others(clip, frame, frames[frame]);
+    add_others(clip, duplicates, frame, frames[frame]);
     add_ghosts(noise.ghost_channels, ghosts, frames[frame]);
   }
   add_cuts(noise.cuts, random_of(Stream::Cuts, seed), frames);

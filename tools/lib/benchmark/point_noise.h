@@ -38,7 +38,8 @@ struct NoisyPoint {
   static constexpr int kNobodys = -1;
 
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  int marker = kNobodys;  ///< true label; kNobodys: a ghost, or a point whose label the marker set lacks
+  int marker = kNobodys;      ///< true label; kNobodys: a ghost, or a point whose label the marker set lacks
+  bool is_duplicate = false;  ///< the true label is unknown (find_duplicates)
 };
 
 /// The points of one frame, in random order.
