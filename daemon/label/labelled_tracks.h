@@ -12,6 +12,9 @@ namespace mocap::label {
 /// Standard deviation of a marker's position about its place on the bone: skin and suit. Chosen by hand; not yet
 /// measured.
 inline constexpr double kMarkerSigma_m = 0.004;
+/// A tentative track that fewer cameras see may be clutter: two rays may intersect by chance. Chosen by hand; not yet
+/// measured.
+inline constexpr std::uint32_t kMinTentativeCameras = 3;
 
 /// The 3D tracks of one frame set, and which of them have a label. Shared by the labellers of all subjects, one of
 /// which at a time writes it. Allocates in the constructor only.

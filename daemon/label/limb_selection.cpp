@@ -16,9 +16,6 @@ namespace {
 // yet measured.
 constexpr double kCandidateRadius_m = 0.3;
 constexpr double kLimbReach_m = 0.6;
-// A tentative track of fewer cameras is no candidate: two rays may intersect by chance. Chosen by hand; not yet
-// measured.
-constexpr std::uint32_t kMinCandidateCameras = 3;
 
 }  // namespace
 
@@ -191,7 +188,7 @@ void SubjectLabeller::allow_candidates(const LabelledTracks& tracks) {
   for (std::size_t p = 0; p < limb_.candidate_count(); ++p) {
     const LimbHypothesisSolver::CandidateTrack& candidate = limb_.candidate(p);
     const int track = tracks.find(candidate.track);
-    if (candidate.is_young && tracks[track].cameras < kMinCandidateCameras) continue;
+    if (candidate.is_young && tracks[track].cameras < kMinTentativeCameras) continue;
     for (std::size_t n = 0; n < limb_.label_count(); ++n) {
       const std::size_t m = limb_.marker(n);
       limb_.allow(n, p, distance_cost(m, candidate.at, tracks), continuity_of(m, track, tracks));

@@ -30,6 +30,19 @@ constexpr std::size_t kUncalibratedWork = 2;
 constexpr int kFitIterations = 12;
 constexpr int kVerificationIterations = 4;
 
+// Whether the search in any pose uses a track, whose points only have to be markers of this instant: the verification
+// removes clutter. A coasting track takes part while its predicted position is known about as well as the place of a
+// marker on its bone (decision 0024).
+bool is_point_of_any_pose(const TrackedMarker& track) {
+  switch (track.state) {
+    case TrackState::Confirmed: return true;
+    case TrackState::Tentative: return track.cameras >= kMinTentativeCameras;
+    case TrackState::Coasting: return track.covariance_m2.trace() < 3.0 * kMarkerSigma_m * kMarkerSigma_m;
+    case TrackState::Candidate: return false;
+  }
+  return false;
+}
+
 }  // namespace
 
 SubjectSearch::SubjectSearch(const LabelSettings& settings, const Subject& subject)
@@ -106,20 +119,44 @@ void SubjectSearch::stop() {
   not_found_at_.reset();
 }
 
-// Points of the confirmed tracks without a label, that have been stationary for `still_for`. Candidates that have been
-// stationary take part: the fit of a body tells the markers among them from clutter.
-void SubjectSearch::gather(const LabelledTracks& tracks, const StationaryTracks& stationary, Duration still_for) {
+// Collects the points of tracks without a label. `point_of`: the point of the track with this index, if the search uses
+// it.
+template <typename PointOf>
+void SubjectSearch::gather(const LabelledTracks& tracks, PointOf point_of) {
   points_.clear();
   track_of_point_.clear();
   for (std::size_t i = 0; i < tracks.tracked->size(); ++i) {
     const TrackedMarker& track = (*tracks.tracked)[i];
-    const bool may_be_marker =
-        track.state == TrackState::Confirmed || (track.state == TrackState::Candidate && still_for > Duration{0});
-    const bool there = may_be_marker && track.position.v.allFinite();
-    if (!there || tracks.labelled[i] || stationary.rest_duration(i) < still_for) continue;
-    points_.push_back(still_for > Duration{0} ? stationary.mean(i) : track.position.v);
+    if (tracks.labelled[i] || !track.position.v.allFinite()) continue;
+    const std::optional<Eigen::Vector3d> point = point_of(i, track);
+    if (!point) continue;
+    points_.push_back(*point);
     track_of_point_.push_back(track.id);
   }
+}
+
+void SubjectSearch::gather_measured(const LabelledTracks& tracks) {
+  gather(tracks, [](std::size_t, const TrackedMarker& track) -> std::optional<Eigen::Vector3d> {
+    if (track.state != TrackState::Confirmed) return std::nullopt;
+    return track.position.v;
+  });
+}
+
+// Candidates that have been stationary take part: the fit of a body tells the markers among them from clutter.
+void SubjectSearch::gather_stationary(const LabelledTracks& tracks, const StationaryTracks& stationary) {
+  gather(tracks, [&](std::size_t i, const TrackedMarker& track) -> std::optional<Eigen::Vector3d> {
+    const bool may_be_marker = track.state == TrackState::Confirmed || track.state == TrackState::Candidate;
+    if (!may_be_marker || stationary.rest_duration(i) < settings_.still_for) return std::nullopt;
+    return stationary.mean(i);
+  });
+}
+
+void SubjectSearch::gather_for_any_pose(const LabelledTracks& tracks) {
+  gather(tracks, [](std::size_t, const TrackedMarker& track) -> std::optional<Eigen::Vector3d> {
+    if (!is_point_of_any_pose(track)) return std::nullopt;
+    return track.position.v;
+  });
+  select_cluster(pose::kMaxCloudPoints);
 }
 
 // If there are more points than a search can use, keeps the points nearest to a randomly chosen point: these include
@@ -157,7 +194,7 @@ const RecognisedSubject* SubjectSearch::step(const LabelledTracks& tracks, const
     if (const RecognisedSubject* const found = begin_search(tracks, stationary, at)) return found;
   }
   if (uncalibrated_ && !has_fitted_body()) {
-    is_only_person ? search_uncalibrated(tracks, stationary, work, at) : uncalibrated_->stop();
+    is_only_person ? search_uncalibrated(tracks, work, at) : uncalibrated_->stop();
   }
   if (!any_pose_.searching() || !any_pose_.advance(work)) return nullptr;
   if (any_pose_.found()) begin_verification(*any_pose_.found(), track_of_point_, at);
@@ -172,28 +209,26 @@ const RecognisedSubject* SubjectSearch::begin_search(const LabelledTracks& track
   const bool is_unknown_body = has_fitted_body() && not_found_at_ && at - *not_found_at_ > kUnknownBodyDelay;
   if (due && (rigid() || !has_fitted_body() || is_unknown_body)) {
     searched_at_ = at;
-    gather(tracks, stationary, rigid() ? Duration{0} : settings_.still_for);
     if (!rigid()) {
+      gather_stationary(tracks, stationary);
       select_cluster(kMaxSearchPoints);
       return search_calibration_pose();
     }
+    gather_measured(tracks);
     const std::optional<identify::FoundBody>& found = rigid_finder_.find(points_);
     return found ? accept_calibration_pose(*found) : nullptr;
   }
   if (!has_fitted_body() || rigid()) return nullptr;
-  gather(tracks, stationary, Duration{0});
-  select_cluster(pose::kMaxCloudPoints);
+  gather_for_any_pose(tracks);
   any_pose_.begin(points_);
   if (!any_pose_.searching()) not_found_at_.reset();
   return nullptr;
 }
 
 // Continues the search of a body of unknown dimensions in any pose, or begins one.
-void SubjectSearch::search_uncalibrated(const LabelledTracks& tracks, const StationaryTracks& stationary,
-                                        std::size_t work, Timestamp at) {
+void SubjectSearch::search_uncalibrated(const LabelledTracks& tracks, std::size_t work, Timestamp at) {
   if (!uncalibrated_->searching()) {
-    gather(tracks, stationary, Duration{0});
-    select_cluster(pose::kMaxCloudPoints);
+    gather_for_any_pose(tracks);
     uncalibrated_->begin(points_);
     uncalibrated_tracks_ = track_of_point_;
   }

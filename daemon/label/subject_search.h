@@ -82,12 +82,15 @@ class SubjectSearch {
   void archive(Archive& members);
 
  private:
-  void gather(const LabelledTracks& tracks, const StationaryTracks& stationary, Duration still_for);
+  void gather_measured(const LabelledTracks& tracks);
+  void gather_stationary(const LabelledTracks& tracks, const StationaryTracks& stationary);
+  void gather_for_any_pose(const LabelledTracks& tracks);
+  template <typename PointOf>
+  void gather(const LabelledTracks& tracks, PointOf point_of);
   void select_cluster(std::size_t most);
   const RecognisedSubject* begin_search(const LabelledTracks& tracks, const StationaryTracks& stationary, Timestamp at);
   const RecognisedSubject* search_calibration_pose();
-  void search_uncalibrated(const LabelledTracks& tracks, const StationaryTracks& stationary, std::size_t work,
-                           Timestamp at);
+  void search_uncalibrated(const LabelledTracks& tracks, std::size_t work, Timestamp at);
   const RecognisedSubject* accept_calibration_pose(const identify::FoundBody& found);
   void set_tracks(std::span<const int> point_of_marker, std::span<const TrackId> track_of_point);
   void begin_verification(const identify::FoundPose& found, std::span<const TrackId> track_of_point, Timestamp at);

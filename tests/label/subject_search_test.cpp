@@ -93,6 +93,36 @@ TEST(SubjectSearch, UsesNoCandidateForAFittedBodyInAnyPose) {
   EXPECT_EQ(search.run(std::chrono::seconds(1)), nullptr);
 }
 
+TEST(SubjectSearch, IdentifiesAFittedBodyByTentativeTracksOfThreeCameras) {
+  for (const std::uint32_t cameras : {2U, 3U}) {
+    Search search(true);
+    for (TrackedMarker& track : search.tracked) {
+      track.state = TrackState::Tentative;
+      track.cameras = cameras;
+    }
+
+    EXPECT_EQ(search.run(std::chrono::milliseconds(200)) != nullptr, cameras == 3) << cameras;
+  }
+}
+
+// With two fifths of the markers missed, a search by the measured tracks alone finds nothing.
+TEST(SubjectSearch, IdentifiesAFittedBodyByCoastingTracksWhosePositionIsKnown) {
+  for (const double sigma_m : {0.003, 0.02}) {
+    Search search(true);
+    for (std::size_t m = 0; m < search.tracked.size(); ++m) {
+      if (m % 5 > 1) continue;
+      search.tracked[m].state = TrackState::Coasting;
+      search.tracked[m].missed_sets = 1;
+      search.tracked[m].covariance_m2 = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+    }
+
+    const RecognisedSubject* found = search.run(std::chrono::milliseconds(200));
+
+    ASSERT_EQ(found != nullptr, sigma_m < 0.004) << sigma_m;
+    if (found != nullptr) EXPECT_GE(2 * search.label_count(*found), search.set.markers.size());
+  }
+}
+
 TEST(SubjectSearch, IdentifiesAFittedBodyInAnotherPose) {
   std::mt19937 random(3);
   Search search(true, test::random_pose(test::person("baseline41"), 0.3, random));
