@@ -24,15 +24,16 @@ async function wand(page, address) {
   await panel.getByText("The rig is in force.").waitFor();
 }
 
-// The frame is measured again until the cameras see it: they have just been connected. The button is absent while the
-// floor is measured, so that the next click waits for the result.
+// The frame is measured again until the cameras see it: they have just been connected. From the click to the result the
+// button has another name or is absent.
 async function floor(page, address) {
   await page.goto(`${address}/#/calibrate`);
   const panel = page.getByRole("region", { name: "Floor", exact: true });
   const apply = panel.getByRole("button", { name: "Apply" });
+  const measure = panel.getByRole("button", { name: "Measure the floor", exact: true });
   do {
-    await panel.getByRole("button", { name: "Measure the floor" }).click();
-    await apply.or(panel.getByText(/^No result/)).waitFor();
+    await measure.click();
+    await measure.waitFor();
   } while (!(await apply.isVisible()));
   await apply.click();
   await panel.getByText("The rig is in force.").waitFor();
