@@ -117,6 +117,13 @@ Timestamp TakeReader::host_time_of(std::uint64_t utc_ns) const {
   return from_ns(static_cast<std::int64_t>(std::min(utc_ns, kLatest))) - info_.utc_minus_host;
 }
 
+// 0: no time, or one that UTC cannot express in nanoseconds.
+std::uint64_t TakeReader::utc_of(const std::optional<Timestamp>& at) const {
+  std::int64_t utc_ns = 0;
+  if (!at || __builtin_add_overflow(to_ns(*at), info_.utc_minus_host.count(), &utc_ns)) return 0;
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(utc_ns, 0));
+}
+
 std::map<std::string, std::uint64_t> TakeReader::counts() const {
   std::map<std::string, std::uint64_t> counts;
   for (const auto& [id, channel] : mcap_.summary().channels) {
@@ -157,7 +164,7 @@ TakeCursor::TakeCursor(const TakeReader& reader, TakeSelection selection)
     : reader_(reader),
       selection_(std::move(selection)),
       topics_(topics_of(reader.mcap().summary(), selection_)),
-      cursor_(reader.mcap(), channels_of(topics_)) {}
+      cursor_(reader.mcap(), channels_of(topics_), reader.utc_of(selection_.from)) {}
 
 Result<std::optional<TakeRecord>> TakeCursor::next() {
   for (;;) {

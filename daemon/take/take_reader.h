@@ -82,6 +82,7 @@ class TakeReader {
   explicit TakeReader(mcap::Reader mcap) : mcap_(std::move(mcap)) {}
   Status read_info();
   Timestamp host_time_of(std::uint64_t utc_ns) const;
+  std::uint64_t utc_of(const std::optional<Timestamp>& at) const;
 
   mcap::Reader mcap_;
   TakeInfo info_;

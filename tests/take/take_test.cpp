@@ -85,6 +85,30 @@ TEST_F(TakeTest, SelectsTopicsAndTimes) {
   EXPECT_THAT(numbers, ElementsAre(30, 31, 32, 33, 34, 35, 36, 37, 38, 39));
 }
 
+TEST_F(TakeTest, ReadsNoChunkThatEndsBeforeTheSelectedTime) {
+  ASSERT_NO_FATAL_FAILURE(record_example(path(), 100));
+  std::string broken = bytes();
+  const auto chunk = TakeReader::open(path())->mcap().summary().chunks[2];  // of sets before 30
+  broken[chunk.offset + chunk.length / 2] ^= 1;
+  write(broken);
+  const auto reader = TakeReader::open(path());
+  ASSERT_TRUE(reader);
+  const auto read = [&](std::optional<Timestamp> from) {
+    TakeCursor cursor = reader->messages({{TakeTopic::Snapshot}, from});
+    std::pair<std::size_t, std::size_t> snapshots_and_errors;
+    for (auto record = cursor.next(); !record || *record; record = cursor.next()) {
+      ++(record ? snapshots_and_errors.first : snapshots_and_errors.second);
+    }
+    return snapshots_and_errors;
+  };
+
+  EXPECT_EQ(read(example_time(30)), std::pair(std::size_t{70}, std::size_t{0}));
+  for (const auto from : {std::optional<Timestamp>(), {Timestamp::min()}, {example_time(0)}}) {
+    EXPECT_EQ(read(from).second, 1U);
+    EXPECT_LT(read(from).first, 100U);
+  }
+}
+
 TEST_F(TakeTest, KeepsAnExistingTake) {
   ASSERT_NO_FATAL_FAILURE(record_example(path(), 5));
   const std::string first = bytes();

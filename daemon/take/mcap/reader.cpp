@@ -113,8 +113,8 @@ Result<ChunkContent> Reader::chunk(const ChunkIndex& index) const {
   return content;
 }
 
-MessageCursor::MessageCursor(const Reader& reader, std::set<std::uint16_t> channels)
-    : reader_(reader), channels_(std::move(channels)) {
+MessageCursor::MessageCursor(const Reader& reader, std::set<std::uint16_t> channels, std::uint64_t from_ns)
+    : reader_(reader), channels_(std::move(channels)), from_ns_(from_ns) {
   for (const ChunkIndex& chunk : reader.summary().chunks) {
     if (is_selected(chunk)) chunks_.push_back(&chunk);
   }
@@ -123,6 +123,7 @@ MessageCursor::MessageCursor(const Reader& reader, std::set<std::uint16_t> chann
 }
 
 bool MessageCursor::is_selected(const ChunkIndex& chunk) const {
+  if (chunk.end_time_ns < from_ns_) return false;
   if (channels_.empty() || chunk.message_index_offsets.empty()) return true;
   return std::any_of(channels_.begin(), channels_.end(),
                      [&](std::uint16_t channel) { return chunk.message_index_offsets.contains(channel); });

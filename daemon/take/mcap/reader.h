@@ -54,8 +54,9 @@ class Reader {
 /// chunks that overlap in time, at most kMaxRecord_bytes of them. The Reader outlives the cursor.
 class MessageCursor {
  public:
-  /// Messages of these channels; of all if `channels` is empty.
-  explicit MessageCursor(const Reader& reader, std::set<std::uint16_t> channels = {});
+  /// Messages of these channels; of all if `channels` is empty. Chunks that end before `from_ns` are not read; other
+  /// messages before that time are returned.
+  explicit MessageCursor(const Reader& reader, std::set<std::uint16_t> channels = {}, std::uint64_t from_ns = 0);
 
   /// The next message, valid until the next call; nothing at the end. Fails with InvalidArgument and Io; the message
   /// names the byte. After a failure the next call continues behind the damaged chunk.
@@ -74,6 +75,7 @@ class MessageCursor {
 
   const Reader& reader_;
   std::set<std::uint16_t> channels_;
+  std::uint64_t from_ns_;
   std::vector<const ChunkIndex*> chunks_;  // by start
   std::size_t next_chunk_ = 0;
   std::vector<std::unique_ptr<OpenChunk>> open_;
