@@ -2,6 +2,7 @@
 operator gets one message, and the feed loses no set. Runs in its own network namespace; a test that needs the rights of root is
 skipped without them."""
 
+import json
 import os
 import pathlib
 import shutil
@@ -93,6 +94,11 @@ class TakesOnBadDisks(TakesTest):
         self.assertEqual(shown["quality"]["lost_sets"], 0)
         return shown
 
+    def sets_in(self, path):
+        """Of a take that is being recorded."""
+        shown = self.desk.run("mocapctl", "take", "show", path, "--json")
+        return json.loads(shown.stdout)["quality"]["sets"] if shown.returncode == 0 else 0
+
     def test_a_full_disk(self):
         daemon = self.daemon_on("mount -t tmpfs -o size=3m none disk")
         self.take("start")
@@ -126,7 +132,7 @@ class TakesOnBadDisks(TakesTest):
         self.take("stop")
         self.expect_whole(self.disk_of(daemon) / "slow.mcap")
         self.take("start", "too_slow")
-        self.wait_for_recorded(60)
+        until(lambda: self.sets_in(self.disk_of(daemon) / "too_slow.mcap") >= 60, "60 sets are in the file")
         throttle(10_000)
 
         self.expect_one_message(daemon, "the disk is too slow: 8 MB wait to be written")
