@@ -64,9 +64,19 @@ class _Check:
             self.step(f"step {number}", step)
         names = [step.get("name") for step in template["steps"] if isinstance(step, dict)]
         self.expect(len(set(names)) == len(names), "two steps of one name")
+        for step in template["steps"]:
+            self.dependencies(step, names)
+
+    def dependencies(self, step, names):  # 3.2
+        if "dependencies" not in step or not self.array("dependencies", step["dependencies"], 1, 10**6):
+            return
+        for dependency in step["dependencies"]:
+            if self.keys("dependency", dependency, ("dependsOn",)):
+                on = dependency["dependsOn"]
+                self.expect(on in names and on != step.get("name"), f"dependency on {on}")
 
     def step(self, where, step):  # 3
-        if not self.keys(where, step, ("name", "script"), ("description", "parameterSpace")):
+        if not self.keys(where, step, ("name", "script"), ("description", "parameterSpace", "dependencies")):
             return
         self.text(f"{where} name", step["name"], most=64)  # 3.1
         parameters = self.space(where, step["parameterSpace"]) if "parameterSpace" in step else ()

@@ -189,12 +189,91 @@ class RetrackFarm(unittest.TestCase):
         self.assertEqual(resumed.returncode, 0, resumed.stderr)
         self.assertEqual(len(list(out.glob("*.mcap"))), 3)
 
+    CHUNKS = ("--chunks", 3, "--overlap", 2)
+
+    def expect_chunks_of(self, take, out):
+        """The joined take is that of one process, and no chunk is left."""
+        one_after_the_other = self.out("expected") / f"{take}.mcap"
+        one_after_the_other.parent.mkdir(exist_ok=True)
+        if not one_after_the_other.exists():
+            for chunk in ("2/3", "3/3", "1/3"):
+                done = self.retrack(self.takes / f"{take}.mcap", "--out", one_after_the_other, "--chunk", chunk, "--overlap", 2)
+                self.assertEqual(done.returncode, 0, done.stderr)
+            joined = self.desk.run("mocapctl", "take", "join", one_after_the_other, "--json")
+            self.assertEqual(joined.returncode, 0, joined.stderr)
+            self.assertEqual([seam["agrees"] for seam in json.loads(joined.stdout)["seams"]], [True, True])
+            verified = self.desk.run("mocapctl", "take", "verify", one_after_the_other)
+            self.assertEqual(verified.returncode, 0, verified.stdout)
+        self.assertEqual((out / f"{take}.mcap").read_bytes(), one_after_the_other.read_bytes())
+        self.assertEqual(list(out.glob("*.chunks")), [])
+
+    def test_chunks_of_several_processes_are_those_of_one(self):
+        out = self.out("new")
+        done = self.retrack(self.takes / "a.mcap", self.takes / "b.mcap", "--out-dir", out, "--jobs", 2, *self.CHUNKS, "--json")
+        resumed = self.retrack(self.takes / "a.mcap", "--out-dir", out, *self.CHUNKS, "--resume")
+        alone = self.out("alone")
+        alone.mkdir()
+        single = self.retrack(self.takes / "a.mcap", "--out", alone / "a.mcap", *self.CHUNKS)
+
+        self.assertEqual(done.returncode, 0, done.stderr)
+        reports = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual(sorted(report["chunk"] for report in reports if "chunk" in report), 2 * ["1/3"] + 2 * ["2/3"] + 2 * ["3/3"])
+        self.assertEqual(len([report for report in reports if "seams" in report]), 2)
+        self.expect_chunks_of("a", out)
+        self.expect_chunks_of("b", out)
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.assertIn("not joined again", resumed.stdout)
+        self.assertEqual(single.returncode, 0, single.stderr)
+        self.expect_chunks_of("a", alone)
+
+    def test_a_killed_worker_tracks_its_chunk_again(self):
+        out = self.out("new")
+        marker = self.out("once")
+        program = self.desk.write("killed-in-a-chunk.sh", f'#!/bin/sh\nmkdir "{marker}" && kill -9 $$\nexec "{BIN}/mocapctl" "$@"\n')
+        program.chmod(0o755)
+        dry = self.retrack(self.takes / "a.mcap", "--out-dir", out, "--farm", "parallel", *self.CHUNKS, "--dry-run")
+        script = out / "farm/unit.sh"
+        script.write_text(script.read_text().replace(f"'{BIN}/mocapctl'", f"'{program}'"))
+        codes = [subprocess.run(["bash", script, str(unit)], timeout=300).returncode for unit in range(3)]
+        joined = self.desk.run("mocapctl", "take", "join", out / "a.mcap", "--remove-chunks")
+
+        self.assertEqual(dry.returncode, 0, dry.stderr)
+        self.assertTrue(marker.exists(), "a worker was killed")
+        self.assertEqual(codes, [0, 0, 0])
+        self.assertEqual(joined.returncode, 0, joined.stderr)
+        self.expect_chunks_of("a", out)
+
+    def test_a_failed_chunk_leaves_the_take_to_be_joined_later(self):
+        out = self.out("new")
+        (out / "a.chunks").mkdir(parents=True)
+        (out / "a.chunks/2-of-3.mcap").write_text("no take")
+        failed = self.retrack(self.takes / "a.mcap", "--out-dir", out, *self.CHUNKS)
+        left = {file.name for file in (out / "a.chunks").iterdir()}
+        (out / "a.chunks/2-of-3.mcap").unlink()
+        resumed = self.retrack(self.takes / "a.mcap", "--out-dir", out, *self.CHUNKS, "--resume")
+
+        self.assertEqual(failed.returncode, 65)
+        self.assertIn("chunk 2/3: ", failed.stderr)
+        self.assertIn("not joined, as a chunk failed", failed.stderr)
+        self.assertEqual(left, {"1-of-3.mcap", "2-of-3.mcap", "3-of-3.mcap"})
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.assertEqual(resumed.stdout.count("not tracked again"), 2)
+        self.expect_chunks_of("a", out)
+
     def test_wrong_combinations_are_refused(self):
         both = self.retrack(self.takes, "--out", "new.mcap")
         no_folder = self.retrack(self.takes, "--farm", "parallel")
         two = self.retrack(self.takes / "a.mcap", self.one_process / "a.mcap", "--out-dir", self.out("new"))
 
+        chunk = self.retrack(self.takes / "a.mcap", "--chunk", "4/3")
+        farm = self.retrack(self.takes / "a.mcap", "--chunk", "1/3", "--jobs", 2)
+        ranged = self.retrack(self.takes / "a.mcap", "--chunks", 3, "--range", 1, 2)
+
         self.assertEqual((both.returncode, no_folder.returncode, two.returncode), (64, 64, 64))
+        self.assertEqual((chunk.returncode, farm.returncode, ranged.returncode), (64, 64, 64))
+        self.assertIn("expected NUMBER/ALL", chunk.stderr)
+        self.assertIn("expected --chunks N", farm.stderr)
+        self.assertIn("--range", ranged.stderr)
         self.assertIn("--out-dir", both.stderr)
         self.assertIn("--out-dir", no_folder.stderr)
         self.assertIn("would both become", two.stderr)
@@ -250,6 +329,10 @@ class RetrackFarm(unittest.TestCase):
         self.assertIn("3 tracked, 1 failed", done.stdout)
         self.assertRegex(done.stderr, r"broken\.mcap: .*\(log: .*farm/\d\.log\)")
         self.expect_results(out)
+        chunks = self.retrack(self.takes / "a.mcap", "--out-dir", self.out("chunks"), "--farm", "slurm", *self.CHUNKS,
+                              environment=cluster.environment)
+        self.assertEqual(chunks.returncode, 0, chunks.stderr)
+        self.expect_chunks_of("a", self.out("chunks"))
         self.assertEqual(killed.returncode, 0, killed.stderr)
         self.assertEqual(resumed.returncode, 0, resumed.stderr)
         self.assertIn("3 there already", resumed.stdout)
@@ -308,6 +391,20 @@ class RetrackFarm(unittest.TestCase):
         self.run_tasks(template["steps"][0])
         self.assertEqual(len(list(out.glob("*.mcap"))), 3)
 
+    def test_a_job_template_tracks_and_joins_chunks(self):
+        out = self.out("new")
+        done = self.retrack(self.takes / "a.mcap", self.takes / "b.mcap", "--out-dir", out, "--farm", "openjd", *self.CHUNKS)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("--step join --run-dependencies", done.stdout)
+        template = json.loads((out / "farm/template.json").read_text())
+
+        self.assertEqual(openjd_template.faults_of(template), [])
+        self.assertEqual([self.tasks_of(step) for step in template["steps"]], [6, 2])
+        for step in template["steps"]:
+            self.run_tasks(step)
+        self.expect_chunks_of("a", out)
+        self.expect_chunks_of("b", out)
+
     @staticmethod
     def tasks_of(step):
         return len(step["parameterSpace"]["taskParameterDefinitions"][0]["range"])
@@ -346,6 +443,8 @@ class RetrackFarm(unittest.TestCase):
             lambda t: t.update(name="x" * 129),
             lambda t: t.update(steps=[]),
             lambda t: t["steps"].append(copy.deepcopy(step(t))),
+            lambda t: step(t).update(dependencies=[{"dependsOn": "other"}]),
+            lambda t: step(t).update(dependencies=[{"dependsOn": "s"}]),
             lambda t: parameters(t)[0].update(type="FILE"),
             lambda t: parameters(t)[0].update(name="1A"),
             lambda t: parameters(t)[0]["range"].pop(),

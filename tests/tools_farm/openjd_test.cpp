@@ -36,6 +36,25 @@ TEST(OpenjdTemplate, HasATaskForEachUnit) {
   EXPECT_TRUE(action.at("cancelation").is_object());
 }
 
+TEST(OpenjdTemplate, JoinsTheChunksOnceAllAreTracked) {
+  FarmOrder order = order_of(600);
+  order.units = in_chunks(order.units, 2);
+
+  const auto job = openjd_template(order);
+
+  ASSERT_TRUE(job) << job.error().message;
+  const auto& steps = job->at("steps");
+  ASSERT_EQ(steps.size(), 3U);
+  const auto& parameters = steps[0].at("parameterSpace");
+  EXPECT_EQ(parameters.at("taskParameterDefinitions")[2].at("range")[1], "2/2");
+  EXPECT_EQ(parameters.at("combination"), "(Take, NewTake, Chunk)");
+  const auto& join = steps[2];
+  EXPECT_EQ(join.at("dependencies"),
+            nlohmann::ordered_json({{{"dependsOn", steps[0].at("name")}}, {{"dependsOn", steps[1].at("name")}}}));
+  EXPECT_EQ(join.at("parameterSpace").at("taskParameterDefinitions")[0].at("range").size(), 600U);
+  EXPECT_EQ(join.at("script").at("actions").at("onRun").at("args")[2], "{{Task.Param.NewTake}}");
+}
+
 TEST(OpenjdTemplate, HasAtMost1024TasksInAStep) {
   const auto job = openjd_template(order_of(1025));
 

@@ -68,6 +68,24 @@ TEST(CommandOf, HasTheOptionsOfAllUnits) {
                           "/rig.toml", "--json"));
 }
 
+TEST(InChunks, GivesEachTakeItsChunks) {
+  const auto parts = in_chunks({{"/takes/a.mcap", "/new/a.mcap", 900}, {"/takes/b.mcap", "/new/b.mcap", 30}}, 3);
+
+  ASSERT_EQ(parts.size(), 6U);
+  EXPECT_EQ(parts[4].take, "/takes/b.mcap");
+  EXPECT_EQ(file_of(parts[4]), "/new/b.chunks/2-of-3.mcap");
+  EXPECT_EQ(parts[4].bytes, 10U);
+  EXPECT_THAT(command_of({"/usr/bin/mocapctl", {}}, parts[4]),
+              ElementsAre("/usr/bin/mocapctl", "take", "retrack", "/takes/b.mcap", "--out", "/new/b.mcap", "--chunk",
+                          "2/3", "--json"));
+  EXPECT_EQ(file_of({"/takes/a.mcap", "/new/a.mcap"}), "/new/a.mcap");
+}
+
+TEST(JoinCommand, JoinsTheChunksOfANewTake) {
+  EXPECT_THAT(join_command("/usr/bin/mocapctl", "/new/a.mcap"),
+              ElementsAre("/usr/bin/mocapctl", "take", "join", "/new/a.mcap", "--remove-chunks", "--resume"));
+}
+
 TEST(UnitOutput, KnowsTheProgressAndTheReport) {
   UnitOutput output;
   output.add("progress 0.25");

@@ -82,6 +82,7 @@ class RecordedWorld {
     std::uint64_t passed_over = 0;  // every n-th set is passed over; 0: none
     std::uint64_t late = 0;         // in every n-th set the last camera is late; 0: none
     bool snapshots = true;
+    bool cut_disc = false;    // the border of each image cuts off a disc, whose centre is outside of the image
     std::string belief = {};  // the attachment belief.pb; empty: none
   };
 
@@ -96,7 +97,10 @@ class RecordedWorld {
     for (std::uint64_t set = 0; set < wanted.sets; ++set) {
       world.step();
       std::vector<BlobFrame> images = images_of(world, set);
-      for (BlobFrame& image : images) trackers[image.camera.value]->track(image);
+      for (BlobFrame& image : images) {
+        if (wanted.cut_disc) add_cut_disc(image);
+        trackers[image.camera.value]->track(image);
+      }
       if (set == wanted.from) writer = start(name, description, images.front().exposed_at, wanted.belief);
       for (const BlobFrame& image : images) {
         if (writer) {
@@ -138,6 +142,13 @@ class RecordedWorld {
     auto events = simworld::SceneEvents::make(scene_, *performers, kCameras, 1, true);
     EXPECT_TRUE(events) << events.error().message;
     return {scene_, true_rig_, *std::move(performers), *std::move(events), 1};
+  }
+
+  static void add_cut_disc(BlobFrame& image) {
+    Blob disc = image.blobs.front();
+    disc.centroid.v = {1280.01, 118.8};
+    disc.area_px2 = 20.0;
+    image.blobs.push_back(disc);
   }
 
   // The images, with the skews of cameras that do not expose at quite the same time.

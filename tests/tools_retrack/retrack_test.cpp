@@ -47,6 +47,16 @@ TEST_F(Retrack, GivesTheRecordedSnapshotsByteForByte) {
   EXPECT_GT(last.description_version(), 1U);
 }
 
+TEST_F(Retrack, UsesDiscsThatTheBorderOfTheImageCutsOff) {
+  const auto take = world_.record("walk", {.sets = 60, .cut_disc = true});
+
+  const auto report = again(take);
+
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_EQ(report->damaged, 0U);
+  EXPECT_EQ(report->equal, 60U);
+}
+
 TEST_F(Retrack, UsesTheSetsThatTheDaemonFused) {
   const auto take = world_.record("walk", {.sets = 240, .passed_over = 7, .late = 5});
 
@@ -321,6 +331,51 @@ TEST_F(Retrack, LeavesNothingIfItIsEnded) {
       EXPECT_EQ(files(), before);
     }
   }
+}
+
+TEST_F(Retrack, TracksAChunkWithTheBodyThatTheTakeHasThere) {
+  const auto take = world_.record("walk", {.sets = 360});
+  const Chunk second{.number = 2, .of = 2, .overlap = from_s(0.5)};
+
+  const auto report = again(take, {.chunk = second});
+
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_EQ(report->path, chunk_file(world_.folder() / "again.mcap", second));
+  EXPECT_EQ(report->sets, 180U + 30U);
+  EXPECT_FALSE(report->from_start_of_run);
+  v1::Snapshot last;
+  ASSERT_TRUE(last.ParseFromString(snapshots_in(report->path).back()));
+  EXPECT_EQ(last.subjects(0).phase(), v1::SUBJECT_PHASE_TRACKING) << "nobody stands in a T-pose in this part";
+}
+
+TEST_F(Retrack, TracksTheFirstChunkAsTheWholeTake) {
+  const auto take = world_.record("walk", {.sets = 200});
+
+  const auto report = again(take, {.chunk = Chunk{.number = 1, .of = 2, .overlap = from_s(0.5)}});
+
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_EQ(report->sets, 100U);
+  EXPECT_EQ(report->equal, 100U);
+}
+
+TEST_F(Retrack, KeepsAChunkThatIsThere) {
+  const auto take = world_.record("walk", {.sets = 60});
+  const RetrackOrder first{.chunk = Chunk{.number = 1, .of = 2, .overlap = from_s(0.5)}, .resume = true};
+  RetrackOrder longer = first, whole = first;
+  longer.chunk->overlap = from_s(0.6);
+  whole.chunk.reset();
+
+  ASSERT_TRUE(again(take, first));
+  const auto kept = again(take, first), refused = again(take, longer);
+  const auto tracked = again(take, whole), other = again(take, first);
+
+  ASSERT_TRUE(kept) << kept.error().message;
+  EXPECT_TRUE(kept->kept);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("with other settings"));
+  ASSERT_TRUE(tracked) << tracked.error().message;
+  EXPECT_FALSE(tracked->kept);
+  EXPECT_FALSE(other) << "the new take is there, and was not made of chunks";
 }
 
 // Numbers in a take that no camera sends: the take is read, and nothing crashes.

@@ -16,6 +16,7 @@
 #include "ctl/preflight_command.h"
 #include "ctl/subject/subject_command.h"
 #include "ctl/take/export_command.h"
+#include "ctl/take/join_command.h"
 #include "ctl/take/retrack_command.h"
 #include "ctl/take/take_command.h"
 #include "lib/cli/app.h"
@@ -99,6 +100,7 @@ int main(int argc, char** argv) {
   ctl::add_take_command(app, takes);
   ctl::add_export_command(*app.get_subcommand("take"), chosen);
   ctl::add_retrack_command(*app.get_subcommand("take"), chosen);
+  ctl::add_join_command(*app.get_subcommand("take"), chosen);
   ctl::LiveOptions live;
   ctl::add_live_commands(app, live);
   ctl::LiveOptions calibration;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct RetrackCommandLine {
   RetrackOrder order;
   RetrackTakes several;         // `takes` has the takes in any case
   std::vector<double> range_s;  // none, or both ends
+  double overlap_s = 5.0;       // of chunks
   std::string preset = "live";
   bool json = false;
   bool progress = false;
@@ -99,6 +101,7 @@ int run_one(const RetrackCommandLine& line) {
     order.to = from_s(line.range_s[1]);
   }
   order.offline = line.preset == "offline";
+  if (order.chunk) order.chunk->overlap = from_s(line.overlap_s);
   set_log_level(LogLevel::Warn);
   const StopSignals stops;
   const Timestamp started = host_now();
@@ -134,6 +137,7 @@ std::vector<std::string> options_of(const RetrackCommandLine& line) {
   if (!line.range_s.empty()) {
     options.insert(options.end(), {"--range", fmt::format("{}", line.range_s[0]), fmt::format("{}", line.range_s[1])});
   }
+  if (line.several.chunks > 0) options.insert(options.end(), {"--overlap", fmt::format("{}", line.overlap_s)});
   if (line.preset != "live") options.insert(options.end(), {"--preset", line.preset});
   if (line.order.every_set) options.emplace_back("--every-set");
   if (line.order.resume) options.emplace_back("--resume");
@@ -152,9 +156,14 @@ int run(const RetrackCommandLine& line) {
     return kExitUsage;
   }
   RetrackTakes several = line.several;
-  const bool one = several.takes.size() == 1 && several.jobs == 0 && several.out_dir.empty() && several.farm.empty();
-  if (one && !is_folder(several.takes.front())) return run_one(line);
-  if (!line.order.out.empty()) {
+  const bool one = several.takes.size() == 1 && several.out_dir.empty() && !is_folder(several.takes.front());
+  if (one && several.jobs == 0 && several.farm.empty() && several.chunks == 0) return run_one(line);
+  if (line.order.chunk) {
+    fmt::print(stderr,
+               "mocapctl: --chunk is for one take and one process; expected --chunks N, which tracks them all\n");
+    return kExitUsage;
+  }
+  if (!line.order.out.empty() && !(one && several.farm.empty())) {
     fmt::print(stderr, "mocapctl: --out is for one take; expected --out-dir DIR for several\n");
     return kExitUsage;
   }
@@ -162,6 +171,7 @@ int run(const RetrackCommandLine& line) {
     fmt::print(stderr, "mocapctl: --farm needs --out-dir DIR, a folder that all machines of the farm see\n");
     return kExitUsage;
   }
+  several.out = line.order.out;
   several.options = options_of(line);
   several.resume = line.order.resume;
   several.json = line.json;
@@ -178,9 +188,10 @@ void add_takes(cli::App& command, RetrackCommandLine& line) {
                   "folder of the new takes, which have the names of the recorded ones")
       ->type_name("DIR");
   command
-      .add_option("--jobs", line.several.jobs,
-                  "how many takes are tracked at a time, each by a process of its own; default for several takes: the "
-                  "number of processors")
+      .add_option(
+          "--jobs", line.several.jobs,
+          "how many takes or chunks are tracked at a time, each by a process of its own; default for several: the "
+          "number of processors")
       ->check(cli::Range(1, 1024))
       ->type_name("N");
   cli::Option* farm =
@@ -201,6 +212,38 @@ void add_takes(cli::App& command, RetrackCommandLine& line) {
                   "the new take of one take; an existing file is never replaced. default: TAKE-retracked.mcap in this "
                   "folder")
       ->type_name("NEW.mcap");
+}
+
+// Takes that are cut into chunks.
+void add_chunks(cli::App& command, RetrackCommandLine& line) {
+  cli::Option* chunks = command
+                            .add_option("--chunks", line.several.chunks,
+                                        "track each take in this many chunks of equal duration, side by side, and join "
+                                        "them; the result depends on their number, not on who tracks them")
+                            ->check(cli::Range(2, static_cast<int>(retrack::kMostChunks)))
+                            ->type_name("N");
+  cli::Option* chunk = command
+                           .add_option(
+                               "--chunk",
+                               [&line](const std::string& text) -> std::optional<std::string> {
+                                 const Result<retrack::Chunk> read = retrack::parse_chunk(text);
+                                 if (!read) return read.error().message;
+                                 line.order.chunk = *read;
+                                 return std::nullopt;
+                               },
+                               "track this chunk alone, into NEW.chunks/I-of-N.mcap; 'take join NEW.mcap' joins them")
+                           ->excludes(chunks)
+                           ->type_name("I/N");
+  cli::Option* range = command.get_option("--range");
+  for (cli::Option* option : {chunks, chunk}) option->excludes(range);
+  command
+      .add_option(
+          "--overlap", line.overlap_s,
+          "seconds that a chunk begins before the end of the one before it: subjects are found and poses settle "
+          "in them")
+      ->check(cli::Range(0.1, 600.0))
+      ->type_name("S")
+      ->capture_default_str();
 }
 
 // With what and how each take is tracked.
@@ -241,9 +284,12 @@ void add_retrack_command(cli::App& take, std::function<int()>& chosen) {
       "  mocapctl take retrack walk-3.mcap --preset offline --out walk-3b.mcap\n"
       "  mocapctl take retrack takes/*.mcap --rig mended-rig.toml --out-dir mended\n"
       "      in several processes; go on after an interruption: the same with --resume\n"
-      "  mocapctl take retrack takes --out-dir again --farm slurm --jobs 20");
+      "  mocapctl take retrack takes --out-dir again --farm slurm --jobs 20\n"
+      "  mocapctl take retrack long.mcap --out long-b.mcap --chunks 8\n"
+      "      one long take on all processors");
   add_takes(*command, *line);
   add_tracking(*command, *line);
+  add_chunks(*command, *line);
   command->add_flag("--json", line->json, "print one line of JSON for each take");
   command->add_flag("--progress", line->progress,
                     "print lines \"progress SHARE\", 0 to 1, to standard error, for a program that waits");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,11 +11,13 @@ namespace mocap::ctl {
 struct RetrackTakes {
   std::vector<std::filesystem::path> takes = {};
   std::filesystem::path out_dir = {};     ///< empty: the current folder
+  std::filesystem::path out = {};         ///< the new take, if there is one take; empty: its default name
+  std::uint32_t chunks = 0;               ///< each take is tracked in so many, which are joined; 0: it is not cut
   std::vector<std::string> options = {};  ///< for the command of each take
-  int jobs = 0;                           ///< takes at a time; 0: one for each processor, or as the farm decides
-  std::string farm = {};                  ///< slurm, parallel or openjd; empty: processes of this machine
-  bool dry_run = false;                   ///< writes the files of the farm, and runs nothing
-  bool resume = false;                    ///< goes on with an earlier run
+  int jobs = 0;           ///< takes or chunks at a time; 0: one for each processor, or as the farm decides
+  std::string farm = {};  ///< slurm, parallel or openjd; empty: processes of this machine
+  bool dry_run = false;   ///< writes the files of the farm, and runs nothing
+  bool resume = false;    ///< goes on with an earlier run
   bool json = false;
 };
 

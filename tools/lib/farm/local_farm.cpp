@@ -93,7 +93,7 @@ class LocalFarm {
   void end(Job& job) {
     const ProcessEnd ended = job.process->wait();
     job.process.reset();
-    if (ended.signal != 0) (void)retrack::remove_part_of(job.unit->out);
+    if (ended.signal != 0) (void)retrack::remove_part_of(file_of(*job.unit));
     if (ended.well() || watch_.stops() == 0) {
       if (ended.signal != 0 && job.attempt < kAttempts) {
         waiting_.push_front(std::move(job));

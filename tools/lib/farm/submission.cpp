@@ -74,7 +74,9 @@ std::string without_patterns(const std::string& path) {
 bool lacks_results(const FarmOrder& order) {
   for (std::size_t i = 0; i < order.units.size(); ++i) {
     std::error_code error;
-    if (exit_code_of(order, i) == 0 && !fs::exists(order.units[i].out, error)) return true;
+    if (exit_code_of(order, i) == 0 && !fs::exists(file_of(order.units[i]), error) &&
+        !fs::exists(order.units[i].out, error))
+      return true;
   }
   return false;
 }
@@ -110,7 +112,7 @@ std::string unit_script(const FarmOrder& order) {
     cases += fmt::format("    {}) {} ;;\n", i, shell_words(command_of(order.common, order.units[i])));
   }
   return fmt::format(R"(#!/bin/bash
-# Tracks one take again, number $1 of those below. Its output is in $1.log and its exit code in $1.exit, both beside
+# Tracks one take or chunk again, number $1 of those below. Its output is in $1.log and its exit code in $1.exit, both beside
 # this file. Written by `mocapctl take retrack --farm`.
 #
 {states}
@@ -144,7 +146,7 @@ Result<Submission> write_slurm(const FarmOrder& order) {
   const std::string at_a_time = order.jobs > 0 ? fmt::format("%{}", order.jobs) : "";
   const Result<fs::path> script =
       write(order.folder / "array.sbatch", fmt::format(R"(#!/bin/bash
-# One element of the array tracks one take again. Written by `mocapctl take retrack --farm slurm`. Partition, account
+# One element of the array tracks one take or chunk again. Written by `mocapctl take retrack --farm slurm`. Partition, account
 # and time limit come from the environment (SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT).
 #SBATCH --job-name=retrack
 #SBATCH --array=0-{}{}

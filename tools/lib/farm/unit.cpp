@@ -48,14 +48,33 @@ Result<std::vector<Unit>> make_units(const std::vector<fs::path>& takes, const f
   return units;
 }
 
+std::vector<Unit> in_chunks(const std::vector<Unit>& units, std::uint32_t chunks) {
+  std::vector<Unit> parts;
+  for (const Unit& unit : units) {
+    for (std::uint32_t number = 1; number <= chunks; ++number) {
+      Unit& part = parts.emplace_back(unit);
+      part.bytes = unit.bytes / chunks;
+      part.chunk = retrack::Chunk{.number = number, .of = chunks};
+    }
+  }
+  return parts;
+}
+
+fs::path file_of(const Unit& unit) { return unit.chunk ? retrack::chunk_file(unit.out, *unit.chunk) : unit.out; }
+
 fs::path default_out(const fs::path& take) { return take.stem().string() + "-retracked.mcap"; }
 
 std::vector<std::string> command_of(const UnitCommand& common, const Unit& unit) {
   std::vector<std::string> command{common.mocapctl.string(), "take",  "retrack",
                                    unit.take.string(),       "--out", unit.out.string()};
+  if (unit.chunk) command.insert(command.end(), {"--chunk", to_text(*unit.chunk)});
   command.insert(command.end(), common.options.begin(), common.options.end());
   command.emplace_back("--json");
   return command;
+}
+
+std::vector<std::string> join_command(const fs::path& mocapctl, const fs::path& out) {
+  return {mocapctl.string(), "take", "join", out.string(), "--remove-chunks", "--resume"};
 }
 
 void UnitOutput::add(std::string_view line) {

@@ -75,6 +75,7 @@ Result<std::string> made_of(const RetrackOrder& order, const std::vector<TakeFil
   for (const std::string& text : {text_of(order.from), text_of(order.to)}) all.add(text);
   all.add(order.offline ? "offline" : "live");
   all.add(order.every_set ? "every set" : "recorded sets");
+  if (order.chunk) all.add(fmt::format("{} chunks, {} ns", order.chunk->of, order.chunk->overlap.count()));
   for (const TakeFile& file : settings_files) {
     all.add(file.name);
     all.add(file.bytes);
@@ -82,14 +83,19 @@ Result<std::string> made_of(const RetrackOrder& order, const std::vector<TakeFil
   return all.digits();
 }
 
-Result<bool> is_made_of(const std::filesystem::path& path, const std::string& digest) {
+Status check_made_of(const std::filesystem::path& path, const std::string& digest) {
   const Result<take::TakeReader> take = take::TakeReader::open(path);
   if (!take) return take.error();
   const auto known = take->info().others.find(kMadeOf);
-  if (known == take->info().others.end() || known->second != digest) return false;
-  const auto faults = take::verify_take(path);
-  if (!faults) return faults.error();
-  return faults->empty();
+  if (known != take->info().others.end() && known->second == digest) {
+    const auto faults = take::verify_take(path);
+    if (!faults) return faults.error();
+    if (faults->empty()) return {};
+  }
+  return Error{ErrorCode::InvalidArgument,
+               fmt::format("'{}' exists, but is damaged or was made of another take, with other settings or by another "
+                           "version; it is kept: move it away or choose another name",
+                           path.string())};
 }
 
 }  // namespace mocap::retrack

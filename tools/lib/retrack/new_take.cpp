@@ -43,13 +43,8 @@ void take_over_stamps(const v1::Snapshot& recorded, v1::Snapshot& into) {
 
 }  // namespace
 
-NewTake::NewTake(PartFile part, std::unique_ptr<take::TakeWriter> writer, take::TakeInfo info, const Span& span,
-                 Description description)
-    : part_(std::move(part)),
-      writer_(std::move(writer)),
-      info_(std::move(info)),
-      span_(span),
-      description_(std::move(description)) {
+NewTake::NewTake(PartTake file, take::TakeInfo info, const Span& span, Description description)
+    : file_(std::move(file)), info_(std::move(info)), span_(span), description_(std::move(description)) {
   meter_.describe(description_);
 }
 
@@ -63,25 +58,16 @@ Result<NewTake> NewTake::create(const std::filesystem::path& path, const take::T
   for (const char* key : {kOrigin, kMadeOf}) {
     if (!take::check(start.info)) start.info.others.erase(key);  // no space is left for it
   }
-  Result<PartFile> part = PartFile::begin(path);
-  if (!part) return part.error();
-  // A crash costs nothing but the time to track the take once more.
-  Result<std::unique_ptr<take::TakeWriter>> writer = take::TakeWriter::create(part->path(), start, {.sync = false});
-  if (!writer) return writer.error();
-  if ((*writer)->path() != part->path().string()) {  // another process began it since
-    std::error_code ignored;
-    std::filesystem::remove((*writer)->path(), ignored);
-    part->forget();
-    return Error{ErrorCode::Busy, fmt::format("'{}' is being written by another process", path.string())};
-  }
-  return NewTake(*std::move(part), *std::move(writer), start.info, span, std::move(content.description));
+  Result<PartTake> file = PartTake::create(path, start);
+  if (!file) return file.error();
+  return NewTake(*std::move(file), start.info, span, std::move(content.description));
 }
 
 Status NewTake::learn(const SubjectFit& fit, Timestamp at) {
   description_ = with_fit(std::move(description_), fit);
   meter_.describe(description_);
   described_ = at >= span_.from;
-  return described_ ? writer_->append(description_, at) : Status{};
+  return described_ ? file_.writer().append(description_, at) : Status{};
 }
 
 Result<bool> NewTake::append(const Snapshot& snapshot, const TakeSet& set) {
@@ -95,30 +81,28 @@ Result<bool> NewTake::append(const Snapshot& snapshot, const TakeSet& set) {
   if (!span_.has(at)) return same;
   for (const BlobFrame* view : set.frames.views) {
     if (span_.has(view->exposed_at)) continue;
-    if (const Status appended = writer_->append(*view); !appended) return appended.error();
+    if (const Status appended = file_.writer().append(*view); !appended) return appended.error();
   }
   if (!std::exchange(described_, true)) {
-    if (const Status described = writer_->append(description_, at); !described) return described.error();
+    if (const Status described = file_.writer().append(description_, at); !described) return described.error();
   }
   meter_.add(message_);
-  if (const Status appended = writer_->append(take::kSnapshotTopic, at, bytes_); !appended) return appended.error();
+  if (const Status appended = file_.writer().append(take::kSnapshotTopic, at, bytes_); !appended)
+    return appended.error();
   return same;
 }
 
 Status NewTake::append(const BlobFrame& frame) {
-  return span_.has(frame.exposed_at) ? writer_->append(frame) : Status{};
+  return span_.has(frame.exposed_at) ? file_.writer().append(frame) : Status{};
 }
 
 Status NewTake::append(std::string_view topic, const take::TakeRecord& record) {
-  return span_.has(record.at) ? writer_->append(topic, record.at, record.bytes) : Status{};
+  return span_.has(record.at) ? file_.writer().append(topic, record.at, record.bytes) : Status{};
 }
 
 Result<std::string> NewTake::finish() {
   take::add_quality(info_, meter_.report(), {});
-  if (const Status finished = writer_->finish(info_); !finished) return finished.error();
-  Result<std::filesystem::path> path = part_.publish();
-  if (!path) return path.error();
-  return path->string();
+  return file_.finish(info_);
 }
 
 }  // namespace mocap::retrack

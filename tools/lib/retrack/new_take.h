@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,26 +8,18 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "lib/retrack/part_file.h"
+#include "lib/retrack/part_take.h"
 #include "lib/retrack/set_source.h"
+#include "lib/retrack/span.h"
 #include "model/blob.h"
 #include "model/description.h"
 #include "model/snapshot.h"
 #include "take/take_quality.h"
 #include "take/take_reader.h"
-#include "take/take_writer.h"
 
 namespace mocap::retrack {
 
-/// The part of a take from `from` to `to`, on the host's clock of the recording; both included.
-struct Span {
-  Timestamp from = Timestamp::min();
-  Timestamp to = Timestamp::max();
-
-  bool has(Timestamp at) const { return at >= from && at <= to; }
-};
-
-/// A key of the metadata of a take that was tracked again: what it was made of (`made_of`).
+/// A key of the metadata of a take that was tracked again: what it was made of (`made_of`); of a chunk: `origin_of`.
 inline constexpr const char* kMadeOf = "retracked_made_of";
 
 /// What a new take has from its start.
@@ -39,10 +30,10 @@ struct NewTakeStart {
 };
 
 /// Writes a take that is tracked again: its new snapshots, and the images, health and events of the recording within a
-/// span. The file has its name from `finish` on; before, it is a PartFile.
+/// span. See PartTake for its name.
 class NewTake {
  public:
-  /// Creates the file. Fails as PartFile::begin and TakeWriter::create do.
+  /// Creates the file. Fails as PartTake::create does.
   static Result<NewTake> create(const std::filesystem::path& path, const take::TakeReader& from, const Span& span,
                                 NewTakeStart start);
 
@@ -57,15 +48,13 @@ class NewTake {
   /// A health report or an event, as it was recorded.
   Status append(std::string_view topic, const take::TakeRecord& record);
 
-  /// Writes quality and index, and gives the file its name. Returns the path. Fails as PartFile::publish and with Io.
+  /// Writes quality and index, and gives the file its name. Returns the path. Fails as PartTake::finish does.
   Result<std::string> finish();
 
  private:
-  NewTake(PartFile part, std::unique_ptr<take::TakeWriter> writer, take::TakeInfo info, const Span& span,
-          Description description);
+  NewTake(PartTake file, take::TakeInfo info, const Span& span, Description description);
 
-  PartFile part_;  // outlives the writer
-  std::unique_ptr<take::TakeWriter> writer_;
+  PartTake file_;
   take::TakeInfo info_;
   Span span_;
   Description description_;

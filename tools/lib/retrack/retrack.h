@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "lib/retrack/chunk.h"
 #include "lib/retrack/take_settings.h"
 
 namespace mocap::retrack {
@@ -18,9 +19,10 @@ struct RetrackOrder {
   OtherFiles others = {};
   /// The part that the new take has, after the start of the take. Tracking begins at the start of the take in any case.
   std::optional<Duration> from = {}, to = {};
+  std::optional<Chunk> chunk = {};  ///< only this chunk is tracked, into `chunk_file`; without `from` and `to`
   bool offline = false;    ///< tracked forwards and backwards: subjects from the start on, gaps filled from both sides
   bool every_set = false;  ///< sets are formed anew of all images, instead of those that the daemon fused
-  bool resume = false;     ///< if the new take is there, whole and made of the same (`made_of`), nothing is done
+  bool resume = false;  ///< if the new take or chunk is there, whole and made of the same (`made_of`), nothing is done
 };
 
 struct RetrackProgress {

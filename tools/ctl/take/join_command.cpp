@@ -1,0 +1,119 @@
+#include "ctl/take/join_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "base/exit_codes.h"
+#include "base/log.h"
+#include "ctl/take/stop_signals.h"
+#include "lib/cli/status_line.h"
+#include "lib/join/join.h"
+#include "lib/retrack/chunk.h"
+#include "lib/takes/take_report.h"
+
+namespace mocap::ctl {
+namespace {
+
+using join::JoinReport;
+
+int report_join_error(const Error& error) {
+  fmt::print(stderr, "mocapctl: {}\n", error.message);
+  switch (error.code) {
+    case ErrorCode::NotFound: return kExitNoInput;
+    case ErrorCode::Io: return kExitCannotWrite;
+    default: return kExitData;
+  }
+}
+
+void print_json(const JoinReport& report) {
+  nlohmann::ordered_json json{{"file", report.path}, {"sets", report.sets}, {"kept", report.kept}};
+  json["seams"] = nlohmann::ordered_json::array();
+  for (const join::Seam& seam : report.seams) {
+    json["seams"].push_back(
+        {{"at_s", to_s(seam.at - report.start)}, {"agrees", seam.agrees}, {"differing_labels", seam.differing_labels}});
+  }
+  fmt::print("{}\n", json.dump());
+}
+
+void print_text(const JoinReport& report) {
+  if (report.kept) {
+    fmt::print("{}: is there already; not joined again\n", report.path);
+    return;
+  }
+  fmt::print("{}: {} sets of {} chunks\n", report.path, report.sets, report.seams.size() + 1);
+  for (std::size_t i = 0; i < report.seams.size(); ++i) {
+    const join::Seam& seam = report.seams[i];
+    if (seam.agrees && seam.differing_labels == 0) continue;
+    const double at_s = to_s(seam.at - report.start);
+    if (seam.agrees) {
+      fmt::print("  at {:.2f} s: chunks {} and {} have {} different labels\n", at_s, i + 1, i + 2,
+                 seam.differing_labels);
+    } else {
+      fmt::print("  at {:.2f} s: chunks {} and {} do not agree about who is where; a longer --overlap may help\n", at_s,
+                 i + 1, i + 2);
+    }
+  }
+}
+
+std::vector<std::filesystem::path> files_of(const JoinLine& line) {
+  std::error_code ignored;
+  const std::filesystem::path folder = retrack::chunk_folder(line.out);
+  if (!line.chunks.empty()) return takes::takes_in(line.chunks);
+  return std::filesystem::exists(folder, ignored) ? takes::takes_in({folder}) : std::vector<std::filesystem::path>();
+}
+
+// The chunk folder vanishes with its last file.
+void remove_chunks(const std::vector<std::filesystem::path>& chunks) {
+  std::error_code ignored;
+  for (const std::filesystem::path& chunk : chunks) {
+    std::filesystem::remove(chunk, ignored);
+    std::filesystem::remove(chunk.parent_path(), ignored);
+  }
+}
+
+}  // namespace
+
+int join_chunks(const JoinLine& line) {
+  const join::JoinOrder order{files_of(line), line.out, line.resume};
+  set_log_level(LogLevel::Warn);
+  const StopSignals stops;
+  const Result<JoinReport> report = [&] {
+    cli::StatusLine status;
+    return join::join(order, [&](double share) {
+      status.show(fmt::format("mocapctl: joined {:.0f} %", 100.0 * share));
+      return stops.count() == 0;
+    });
+  }();
+  if (!report) {
+    stops.end_program();
+    return report_join_error(report.error());
+  }
+  if (line.remove_chunks) remove_chunks(order.chunks);
+  line.json ? print_json(*report) : print_text(*report);
+  return kExitOk;
+}
+
+void add_join_command(cli::App& take, std::function<int()>& chosen) {
+  const auto line = std::make_shared<JoinLine>();
+  cli::App* command = take.add_subcommand("join", "join the chunks of a take that 'take retrack --chunk' tracked");
+  command->examples(
+      "  mocapctl take retrack walk-3.mcap --out walk-3b.mcap --chunk 1/2\n"
+      "  mocapctl take retrack walk-3.mcap --out walk-3b.mcap --chunk 2/2\n"
+      "  mocapctl take join walk-3b.mcap");
+  command->add_option("take", line->out, "the joined take; an existing file is never replaced")
+      ->required()
+      ->type_name("NEW.mcap");
+  command->add_option("--from", line->chunks, "the chunks, in any order, or folders of them; default: NEW.chunks")
+      ->type_name("PATH ...");
+  command->add_flag("--remove-chunks", line->remove_chunks, "remove the chunks once they are joined");
+  command->add_flag("--resume", line->resume,
+                    "do nothing if the joined take is there, whole, and made of these chunks");
+  command->add_flag("--json", line->json, "print one line of JSON");
+  command->callback([line, &chosen] { chosen = [line] { return join_chunks(*line); }; });
+}
+
+}  // namespace mocap::ctl

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "lib/cli/app.h"
+
+namespace mocap::ctl {
+
+/// Chunks that become one take.
+struct JoinLine {
+  std::filesystem::path out = {};                  ///< the joined take
+  std::vector<std::filesystem::path> chunks = {};  ///< files or folders; none: the chunk folder of `out`
+  bool remove_chunks = false;                      ///< once they are joined
+  bool resume = false;
+  bool json = false;
+};
+
+/// Joins chunks and prints what was found at the seams. Returns the exit code. Ends the program by a signal that came
+/// meanwhile.
+int join_chunks(const JoinLine& line);
+
+/// Adds `take join` to the command `take`. `chosen`: set when the command line has it.
+void add_join_command(cli::App& take, std::function<int()>& chosen);
+
+}  // namespace mocap::ctl
