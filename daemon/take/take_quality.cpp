@@ -11,6 +11,10 @@
 namespace mocap::take {
 namespace {
 
+// Keys of the metadata of a take.
+constexpr const char *kQuality = "quality", *kEndedEarly = "ended_early", *kReasons = "quality_reasons",
+                     *kFigures = "quality_figures";
+
 // Judged, not measured: the limits of "look" are what an operator can repair by tracking again or filling gaps, those
 // of "bad" are a reason to record once more.
 constexpr double kBadLostShare = 0.01, kBadTrackedShare = 0.5, kLookTrackedShare = 0.98;
@@ -252,16 +256,19 @@ std::string to_json(const QualityReport& report) {
 }
 
 void add_quality(TakeInfo& info, const QualityReport& report, const std::string& ended_early) {
-  const std::pair<const char*, std::string> texts[] = {
-      {"quality", name_of(report.quality)},
-      {"ended_early", ended_early},
-      {"quality_reasons", fmt::format("{}", fmt::join(report.reasons, "; "))},
-      {"quality_figures", to_json(report)}};
+  const std::pair<const char*, std::string> texts[] = {{kQuality, name_of(report.quality)},
+                                                       {kEndedEarly, ended_early},
+                                                       {kReasons, fmt::format("{}", fmt::join(report.reasons, "; "))},
+                                                       {kFigures, to_json(report)}};
   for (const auto& [key, text] : texts) {
     if (text.empty()) continue;
     info.others[key] = text;
     if (!check(info)) info.others.erase(key);
   }
+}
+
+void remove_quality(TakeInfo& info) {
+  for (const char* key : {kQuality, kEndedEarly, kReasons, kFigures}) info.others.erase(key);
 }
 
 void write_quality(const QualityReport& report, TakeHealth& into) {

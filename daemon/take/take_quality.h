@@ -56,6 +56,9 @@ std::string to_json(const QualityReport& report);
 /// the take ended before its time; empty: it did not.
 void add_quality(TakeInfo& info, const QualityReport& report, const std::string& ended_early);
 
+/// Removes what `add_quality` added.
+void remove_quality(TakeInfo& info);
+
 /// Writes the figures of the report, not name, path, state and size.
 void write_quality(const QualityReport& report, TakeHealth& into);
 

@@ -14,7 +14,7 @@ using take::TakeTopic;
 take::TakeInfo info_of(const std::filesystem::path& path, const ChunkTakes& takes) {
   take::TakeInfo info = takes.chunks.front().reader.info();
   const take::TakeInfo& last = takes.chunks.back().reader.info();
-  for (const char* key : {"quality", "quality_reasons", "quality_figures"}) info.others.erase(key);
+  take::remove_quality(info);
   info.others[retrack::kMadeOf] = takes.made_of;
   info.name = path.stem().string();
   info.ended_at = last.ended_at;

@@ -11,13 +11,11 @@ namespace mocap::retrack {
 namespace {
 
 constexpr const char* kOrigin = "retracked_from";
-// The texts of a recording that do not hold for the new take.
-constexpr const char* kOldKeys[] = {"quality", "quality_reasons", "quality_figures", "ended_early", kMadeOf};
-
 take::TakeInfo info_of(const take::TakeReader& from, const std::filesystem::path& path, const Span& span,
                        const std::string& producer) {
   take::TakeInfo info = from.info();
-  for (const char* key : kOldKeys) info.others.erase(key);
+  take::remove_quality(info);
+  info.others.erase(kMadeOf);
   info.name = path.stem().string();
   info.producer = producer;
   info.repaired = false;
