@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lib/offline/same_subject.h"
+
 namespace mocap::join {
 namespace {
-
-constexpr int kFewest = 4;
-constexpr double kAgreeingShare = 0.8;
 
 bool is_measured(const v1::LabelledMarkers& markers, int marker) {
   return marker < markers.states_size() && markers.states(marker) == v1::MARKER_STATE_MEASURED &&
@@ -29,10 +28,10 @@ bool labels_agree(const v1::LabelledMarkers& one, const v1::LabelledMarkers& oth
     alone += by_one != by_other ? 1 : 0;
     if (!by_one || !by_other) continue;
     ++both;
-    same += distance_m(one.positions_m(), other.positions_m(), m) < kSameMarker_m ? 1 : 0;
+    same += distance_m(one.positions_m(), other.positions_m(), m) < offline::kSameMarker_m ? 1 : 0;
   }
   differing += alone + both - same;
-  return both >= kFewest && same >= kAgreeingShare * both;
+  return both >= offline::kFewestLabels && same >= offline::kAgreeingShare * both;
 }
 
 // Bones that one of them has lost have no joint.

@@ -6,9 +6,6 @@
 
 namespace mocap::join {
 
-/// Two positions of one marker in the same images are nearer than this: markers are 14 mm wide.
-inline constexpr double kSameMarker_m = 0.010;
-
 /// Two positions of one joint at the same time are nearer than this, unless one of the poses is wrong.
 inline constexpr double kSameJoint_m = 0.030;
 
@@ -19,7 +16,8 @@ struct Agreement {
 };
 
 /// Compares two snapshots of one set. A subject agrees if neither tracks it; or if both do, at least 80 % of the labels
-/// that both measured, and at least 4, are less than kSameMarker_m apart, and all joints less than kSameJoint_m.
+/// that both measured, and at least 4, are less than 10 mm apart (offline/same_subject), and all joints less than
+/// kSameJoint_m.
 Agreement agreement_of(const v1::Snapshot& earlier, const v1::Snapshot& later);
 
 /// The entry of a subject in a snapshot; null: there is none.

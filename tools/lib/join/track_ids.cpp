@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "lib/join/agreement.h"
+#include "lib/offline/same_subject.h"
 
 namespace mocap::join {
 namespace {
@@ -67,7 +67,7 @@ void TrackIds::go_on_from(const v1::Snapshot& earlier, const v1::Snapshot& later
   for (const Track& next : tracks_of(later)) {
     for (const Track& track : so_far) {
       const double distance_m = std::hypot(next.x_m - track.x_m, next.y_m - track.y_m, next.z_m - track.z_m);
-      if (distance_m < kSameMarker_m) near.emplace_back(distance_m, next.id, track.id);
+      if (distance_m < offline::kSameMarker_m) near.emplace_back(distance_m, next.id, track.id);
     }
   }
   std::ranges::sort(near);

@@ -15,9 +15,9 @@ class TrackIds {
 
   /// The next chunk becomes the current one. Each of its tracks gets a new id.
   void go_over();
-  /// Tracks of the current chunk that are less than kSameMarker_m from a track of the chunk before get the id of that
-  /// track. After `go_over`. `earlier`: a set of the chunk before, renumbered; `later`: the same set in the current
-  /// chunk.
+  /// Tracks of the current chunk that are less than 10 mm (offline/same_subject) from a track of the chunk before get
+  /// the id of that track. After `go_over`. `earlier`: a set of the chunk before, renumbered; `later`: the same set in
+  /// the current chunk.
   void go_on_from(const v1::Snapshot& earlier, const v1::Snapshot& later);
 
  private:

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
+#include "lib/offline/same_subject.h"
+
 namespace mocap::offline {
 namespace {
-
-// Two labels this far apart are not on one marker: markers are 14 mm wide, both passes see the same images.
-constexpr double kSameMarker_m = 0.010;
-// Labels measured by both passes from which their agreement is judged, and measured labels of a subject that is
-// started.
-constexpr int kFewest = 4;
-constexpr double kAgreeingShare = 0.8;
 
 double distance_m(const WorldPoint& a, const WorldPoint& b) { return (a.v - b.v).norm(); }
 
@@ -63,7 +58,7 @@ bool TwoWay::judge(const SubjectLabels& forward, const SubjectLabels& backward) 
     ++both;
     same += distance_m(one.position, other.position) < kSameMarker_m ? 1 : 0;
   }
-  if (both >= kFewest) trusted = same >= kAgreeingShare * both;
+  if (both >= kFewestLabels) trusted = same >= kAgreeingShare * both;
   return trusted;
 }
 
@@ -93,7 +88,7 @@ Snapshot TwoWay::join(const Pass& forward, const Pass& backward) {
 void TwoWay::start_subject(std::size_t index, const Pass& backward, std::size_t from, Snapshot& into) const {
   const SubjectLabels& found = backward.snapshot.labels[from];
   const auto is_measured = [](const LabelledMarker& marker) { return marker.state == LabelState::Measured; };
-  if (std::ranges::count_if(found.markers, is_measured) < kFewest) return;
+  if (std::ranges::count_if(found.markers, is_measured) < kFewestLabels) return;
   for (const LabelledMarker& marker : found.markers) {
     if (is_measured(marker) && is_taken(into, marker.position)) return;
   }
