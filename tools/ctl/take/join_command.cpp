@@ -10,6 +10,7 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "ctl/take/stop_signals.h"
+#include "ctl/take/take_failure.h"
 #include "lib/cli/status_line.h"
 #include "lib/join/join.h"
 #include "lib/retrack/chunk.h"
@@ -19,15 +20,6 @@ namespace mocap::ctl {
 namespace {
 
 using join::JoinReport;
-
-int report_join_error(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", error.message);
-  switch (error.code) {
-    case ErrorCode::NotFound: return kExitNoInput;
-    case ErrorCode::Io: return kExitCannotWrite;
-    default: return kExitData;
-  }
-}
 
 void print_json(const JoinReport& report) {
   nlohmann::ordered_json json{{"file", report.path}, {"sets", report.sets}, {"kept", report.kept}};
@@ -90,7 +82,7 @@ int join_chunks(const JoinLine& line) {
   }();
   if (!report) {
     stops.end_program();
-    return report_join_error(report.error());
+    return report_take_failure(report.error());
   }
   if (line.remove_chunks) remove_chunks(order.chunks);
   line.json ? print_json(*report) : print_text(*report);

@@ -15,6 +15,7 @@
 #include "base/time.h"
 #include "ctl/take/retrack_takes.h"
 #include "ctl/take/stop_signals.h"
+#include "ctl/take/take_failure.h"
 #include "lib/cli/status_line.h"
 #include "lib/farm/unit.h"
 #include "lib/retrack/retrack.h"
@@ -42,15 +43,6 @@ std::string progress_line(const RetrackProgress& progress, double spent_s) {
                      static_cast<double>(progress.sets) / spent_s, spent_s / progress.share - spent_s);
 }
 
-int report_failure(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", error.message);
-  switch (error.code) {
-    case ErrorCode::NotFound: return kExitNoInput;
-    case ErrorCode::Io: return kExitCannotWrite;
-    default: return kExitData;
-  }
-}
-
 void print_json(const RetrackReport& report, double spent_s) {
   nlohmann::ordered_json json{{"file", report.path},
                               {"sets", report.sets},
@@ -68,7 +60,7 @@ void print_json(const RetrackReport& report, double spent_s) {
   fmt::print("{}\n", json.dump());
 }
 
-void print_text(const RetrackReport& report, double spent_s) {
+void print_text(const RetrackReport& report, bool is_chunk, double spent_s) {
   if (report.kept) {
     fmt::print("{}: is there, made of the same take and settings by this version; not tracked again\n", report.path);
     return;
@@ -80,9 +72,9 @@ void print_text(const RetrackReport& report, double spent_s) {
   }
   if (report.first_difference) {
     fmt::print("set {} is the first that differs{}\n", *report.first_difference,
-               report.from_start_of_run || report.from_belief
-                   ? ""
-                   : ": the recording began while the daemon was tracking already");
+               report.from_start_of_run || report.from_belief ? ""
+               : is_chunk                                     ? ": a chunk begins from nothing"
+                          : ": the recording began while the daemon was tracking already");
   }
   if (report.missing_views > 0) fmt::print("{} images that the daemon had are not in the take\n", report.missing_views);
   if (report.damaged > 0) fmt::print("{} damaged messages were left out\n", report.damaged);
@@ -118,10 +110,10 @@ int run_one(const RetrackCommandLine& line) {
   }();
   if (!report) {
     stops.end_program();
-    return report_failure(report.error());
+    return report_take_failure(report.error());
   }
   const double spent_s = std::max(to_s(host_now() - started), 1e-6);
-  line.json ? print_json(*report, spent_s) : print_text(*report, spent_s);
+  line.json ? print_json(*report, spent_s) : print_text(*report, order.chunk.has_value(), spent_s);
   return kExitOk;
 }
 

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "base/result.h"
+
+namespace mocap::ctl {
+
+/// Prints why a new take was not made. Returns the exit code: 66 no such file, 73 cannot be written, else 65.
+int report_take_failure(const Error& error);
+
+}  // namespace mocap::ctl
