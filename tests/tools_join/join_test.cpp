@@ -1,5 +1,6 @@
 #include "lib/join/join.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -75,6 +76,27 @@ TEST_F(JoinOfChunks, KeepsTheIdsOfTracksAtTheSeam) {
   int going_on = 0;
   for (int m = 0; m < ids_before.size(); ++m) going_on += ids_before[m] != 0 && ids_before[m] == ids_after[m] ? 1 : 0;
   EXPECT_GE(going_on, ids_before.size() - 2);
+}
+
+// Sets that are formed anew are counted from 0 in each chunk.
+TEST_F(JoinOfChunks, CountsSetsThatAreFormedAnew) {
+  for (const Duration overlap : {ChunkedTake::kOverlap, Duration(std::chrono::milliseconds(1))}) {  // less than a set
+    const std::filesystem::path out = take_.folder() / fmt::format("anew_{}.mcap", overlap.count());
+    JoinOrder order{{}, out};
+    for (const std::uint32_t number : {1U, 2U}) {
+      const Chunk chunk{.number = number, .of = 2, .overlap = overlap};
+      ChunkedTake::track({.take = take_.recorded(), .out = out, .chunk = chunk, .every_set = true});
+      order.chunks.push_back(retrack::chunk_file(out, chunk));
+    }
+
+    const auto report = join(order, [](double) { return true; });
+
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_EQ(report->seams.at(0).agrees, overlap == ChunkedTake::kOverlap);
+    const std::vector<v1::Snapshot> joined = messages_in(out);
+    ASSERT_EQ(joined.size(), ChunkedTake::kSets);
+    for (std::size_t i = 1; i < joined.size(); ++i) ASSERT_EQ(joined[i].number(), joined[i - 1].number() + 1) << i;
+  }
 }
 
 TEST_F(JoinOfChunks, GivesTheSameBytesAgain) {

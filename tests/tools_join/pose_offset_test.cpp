@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
-// An arm: a root, an upper and a lower bone along x, each 0.3 m.
+// An arm: a root, an upper and a lower bone, each 0.3 m.
 Skeleton arm() {
   Skeleton skeleton;
   for (int b = 0; b < 3; ++b) {
@@ -26,7 +26,8 @@ Skeleton arm() {
 // `twist_rad`: of the upper bone about its own axis, which the lower bone undoes. `bend_rad`: of the lower bone.
 v1::SubjectState pose(double twist_rad, double bend_rad, double root_x_m = 0.0) {
   const Quaterniond twist(AngleAxisd(twist_rad, Vector3d::UnitX())), bend(AngleAxisd(bend_rad, Vector3d::UnitZ()));
-  const Quaterniond locals[] = {Quaterniond::Identity(), twist, twist.conjugate() * bend};
+  const Quaterniond turned(AngleAxisd(0.8, Vector3d(0.0, 0.6, 0.8)));  // so that no axis of a bone is one of the world
+  const Quaterniond locals[] = {turned, twist, twist.conjugate() * bend};
   v1::SubjectState state;
   v1::BonePoses& bones = *state.mutable_bones();
   Vector3d position(root_x_m, 0.0, 1.0);

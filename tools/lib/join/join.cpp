@@ -65,10 +65,9 @@ class Joining {
     offsets_.clear();
   }
 
-  // Ids of tracks, numbers of sets and poses go on from a set that is written: `common` is the same in this chunk.
+  // Ids of tracks and poses go on from a set that is written: `common` is the same in this chunk.
   void go_on_from(const v1::Snapshot& common, const std::vector<Subject>& subjects) {
     ids_.go_on_from(last_, common);
-    added_to_numbers_ = last_.number() - common.number();
     if (!seams_[chunk_ - 1].agrees) return;
     for (const v1::SubjectState& later : common.subjects()) {
       const v1::SubjectState* earlier = subject_in(last_, later.subject());
@@ -80,7 +79,7 @@ class Joining {
   Status write(v1::Snapshot snapshot, const Description& description) {
     const Timestamp at = time_of(snapshot);
     ids_.renumber(snapshot);
-    // Without a common set the numbers may begin anew.
+    // A chunk counts sets that are formed anew from its own start.
     const bool begins_anew = sets_ > 0 && snapshot.number() + added_to_numbers_ <= last_.number();
     if (begins_anew) added_to_numbers_ = last_.number() + 1 - snapshot.number();
     snapshot.set_number(snapshot.number() + added_to_numbers_);
@@ -124,11 +123,17 @@ Result<std::vector<Seam>> seams_of(const ChunkTakes& takes) {
   return seams;
 }
 
-// What is told of a joined take that is there already.
-Result<JoinReport> keep(const std::filesystem::path& path) {
+// Passes if a take is whole: each checksum and message is right.
+Status check_whole(const std::filesystem::path& path) {
   const auto faults = take::verify_take(path);
   if (!faults) return faults.error();
-  if (!faults->empty()) return wrong(fmt::format("'{}' exists, but is damaged; move it away", path.string()));
+  if (faults->empty()) return {};
+  return wrong(fmt::format("'{}' exists, but is damaged; move it away", path.string()));
+}
+
+// The report of a joined take that is there already. `right`: what its check gave.
+Result<JoinReport> keep(const std::filesystem::path& path, const Status& right) {
+  if (!right) return right.error();
   JoinReport report;
   report.path = path.string();
   report.kept = true;
@@ -144,13 +149,12 @@ Result<JoinReport> join(const JoinOrder& order, const std::function<bool(double)
   std::error_code ignored;
   const bool is_there = std::filesystem::exists(order.out, ignored);
   if (is_there && !order.resume) return wrong(fmt::format("'{}' exists; choose another name", order.out.string()));
-  if (is_there && order.chunks.empty()) return keep(order.out);  // they are removed once they are joined
+  if (is_there && order.chunks.empty()) {  // they are removed once they are joined
+    return keep(order.out, check_whole(order.out));
+  }
   const Result<ChunkTakes> takes = open_chunks(order.chunks);
   if (!takes) return takes.error();
-  if (is_there) {
-    const Status same = retrack::check_made_of(order.out, takes->made_of);
-    return same ? keep(order.out) : same.error();
-  }
+  if (is_there) return keep(order.out, retrack::check_made_of(order.out, takes->made_of));
   Result<std::vector<Seam>> seams = seams_of(*takes);
   if (!seams) return seams.error();
   Result<JoinedTake> into = JoinedTake::create(order.out, *takes);

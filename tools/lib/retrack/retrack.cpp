@@ -92,7 +92,7 @@ Status make_folder(const RetrackOrder& order) {
   return Error{ErrorCode::Io, fmt::format("the folder '{}' cannot be made: {}", folder.string(), error.message())};
 }
 
-// What is told of a file that an earlier order made.
+// The report of a file that an earlier order made.
 Result<RetrackReport> keep(const fs::path& path, const std::string& made_of) {
   if (const Status same = check_made_of(path, made_of); !same) return same.error();
   RetrackReport report;
@@ -200,6 +200,39 @@ Result<take::TakeReader> open_take(const RetrackOrder& order) {
       fmt::format("'{}': has no images of blobs to be tracked; record with [takes] blobs = true", order.take.string()));
 }
 
+// Makes the snapshots, and the description that is in force at their beginning.
+struct ChosenTracker {
+  std::unique_ptr<offline::OfflineTracks> tracks;  // of --preset offline; outlives the tracker
+  std::unique_ptr<SetTracker> tracker;
+  Description description;
+};
+
+// Tracks the part already, if it is tracked offline. `restored`: its tracker is moved from.
+Result<ChosenTracker> choose_tracker(const RetrackOrder& order, const take::TakeReader& take,
+                                     const Description& recorded, const settings::DaemonSettings& settings,
+                                     const std::vector<CameraId>& ids, const Span& part,
+                                     std::optional<Restored>& restored, const GoOn& progress) {
+  ChosenTracker chosen;
+  if (order.offline) {
+    auto collected = collect(order, take, settings, ids, order.chunk ? part : Span(), progress);
+    if (!collected) return collected.error();
+    chosen.tracks = *std::move(collected);
+    chosen.description = describe(chosen.tracks->settings(), recorded.session_id);
+    auto offline = std::make_unique<OfflineTracker>(*chosen.tracks);
+    offline->begin_again();
+    chosen.tracker = std::move(offline);
+    return chosen;
+  }
+  chosen.description = describe(settings, recorded.session_id);
+  if (restored) {
+    chosen.description = restored->tracker->describe(std::move(chosen.description));
+    chosen.tracker = std::move(restored->tracker);
+  } else {
+    chosen.tracker = std::make_unique<LiveTracker>(settings);
+  }
+  return chosen;
+}
+
 }  // namespace
 
 Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
@@ -235,27 +268,13 @@ Result<RetrackReport> retrack(const RetrackOrder& order, const GoOn& progress) {
   if (std::ranges::none_of(ids, [](CameraId id) { return id.names_something(); })) {
     return wrong(fmt::format("'{}': the settings have none of its cameras", order.take.string()));
   }
-  Description description = describe(settings, recorded->session_id);
-  std::unique_ptr<offline::OfflineTracks> tracks;
-  std::unique_ptr<SetTracker> tracker;
-  if (order.offline) {
-    auto collected = collect(order, *take, settings, ids, order.chunk ? part : Span(), progress);
-    if (!collected) return collected.error();
-    tracks = *std::move(collected);
-    description = describe(tracks->settings(), recorded->session_id);
-    auto offline = std::make_unique<OfflineTracker>(*tracks);
-    offline->begin_again();
-    tracker = std::move(offline);
-  } else if (restored) {
-    description = restored->tracker->describe(std::move(description));
-    if (!order.from) pass_on_belief(*take, loaded->files);
-    tracker = std::move(restored->tracker);
-  } else {
-    tracker = std::make_unique<LiveTracker>(settings);
-  }
-  Result<NewTake> into = NewTake::create(out_of(order), *take, span, {description, std::move(loaded->files), origin});
+  auto chosen = choose_tracker(order, *take, *recorded, settings, ids, part, restored, progress);
+  if (!chosen) return chosen.error();
+  if (restored && !order.from) pass_on_belief(*take, loaded->files);
+  Result<NewTake> into =
+      NewTake::create(out_of(order), *take, span, {chosen->description, std::move(loaded->files), origin});
   if (!into) return into.error();
-  Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), part, *tracker, &*into);
+  Tracking tracking(*take, settings, ids, source_of(order, *take, settings, ids), part, *chosen->tracker, &*into);
   const GoOn go_on = from_share(order.offline ? kShareOfCollecting + kShareOfBackward : 0.0, 1.0, progress);
   Status tracked;
   if (restored) tracked = tracking.run_lead_in(restored->belief, start_of(*take));
