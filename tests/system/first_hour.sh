@@ -165,7 +165,9 @@ play_operator() {
   play 'mocapctl take stop'
   play 'mocapctl take list'
   play 'mocapctl take repair'
-  play 'mocapctl take retrack'
+  play 'mocapctl take retrack takes/walk.mcap'
+  step "a take takes/long.mcap" as_user 'cp takes/walk.mcap takes/long.mcap'
+  play 'mocapctl take retrack takes/long.mcap'
   play 'mocap-watch takes/walk.mcap'
   play 'mocapctl take export'
   stop
