@@ -59,6 +59,8 @@ class TakeReader {
   const TakeInfo& info() const noexcept { return info_; }
   const mcap::Reader& mcap() const noexcept { return mcap_; }
   bool cut_off() const noexcept { return mcap_.cut_off(); }
+  /// Written to its end, and never repaired. The data are checked when they are read.
+  bool is_whole() const noexcept { return !mcap_.cut_off() && !info_.repaired && mcap_.damages().empty(); }
   bool is_being_written() const { return mcap_.file().is_being_written(); }
 
   /// Number of messages by topic, in the order of the names.

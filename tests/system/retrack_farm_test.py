@@ -243,6 +243,25 @@ class RetrackFarm(unittest.TestCase):
         self.assertEqual(joined.returncode, 0, joined.stderr)
         self.expect_chunks_of("a", out)
 
+    def test_chunks_of_another_number_are_left_alone(self):
+        out = self.out("new")
+        earlier = self.retrack(self.takes / "a.mcap", "--out", out / "a.mcap", "--chunk", "1/2")
+        done = self.retrack(self.takes / "a.mcap", "--out-dir", out, *self.CHUNKS)
+        resumed = self.retrack(self.takes / "a.mcap", "--out-dir", out, *self.CHUNKS, "--resume")
+        left = [file.name for file in (out / "a.chunks").iterdir()]
+        (out / "a.chunks/1-of-2.mcap").rename(out / "1-of-2.mcap")
+        none_left = self.desk.run("mocapctl", "take", "join", out / "a.mcap", "--from", out / "a.chunks", "--resume")
+        (out / "a.chunks").rmdir()
+
+        self.assertEqual(earlier.returncode, 0, earlier.stderr)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.assertEqual(resumed.stdout.count(f"{out}/a.mcap: is there"), 4, resumed.stdout)
+        self.assertEqual(left, ["1-of-2.mcap"])
+        self.assertEqual(none_left.returncode, 66)
+        self.assertIn("has no chunks", none_left.stderr)
+        self.expect_chunks_of("a", out)
+
     def test_a_failed_chunk_leaves_the_take_to_be_joined_later(self):
         out = self.out("new")
         (out / "a.chunks").mkdir(parents=True)

@@ -82,8 +82,9 @@ TEST(InChunks, GivesEachTakeItsChunks) {
 }
 
 TEST(JoinCommand, JoinsTheChunksOfANewTake) {
-  EXPECT_THAT(join_command("/usr/bin/mocapctl", "/new/a.mcap"),
-              ElementsAre("/usr/bin/mocapctl", "take", "join", "/new/a.mcap", "--remove-chunks", "--resume"));
+  EXPECT_THAT(
+      join_command("/usr/bin/mocapctl", "/new/a.mcap", 8),
+      ElementsAre("/usr/bin/mocapctl", "take", "join", "/new/a.mcap", "--chunks", "8", "--remove-chunks", "--resume"));
 }
 
 TEST(UnitOutput, KnowsTheProgressAndTheReport) {

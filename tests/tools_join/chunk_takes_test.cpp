@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "take/take_edit.h"
 #include "tools_join/joined_world.h"
 
 namespace mocap::join {
@@ -63,6 +64,32 @@ TEST(OpenChunks, RefusesAChunkThatIsCutOff) {
 
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, AllOf(HasSubstr("cut.mcap"), HasSubstr("track this chunk again")));
+}
+
+// The repair of a chunk that was cut off makes a whole file of a part of the chunk.
+TEST(OpenChunks, RefusesAChunkThatWasRepaired) {
+  const ChunkedTake& take = ChunkedTake::shared();
+  const std::filesystem::path repaired = take.folder() / "repaired.mcap";
+  std::filesystem::copy_file(take.chunk(2), repaired);
+  std::filesystem::resize_file(repaired, std::filesystem::file_size(repaired) / 2);
+  const auto mended = take::repair_take(repaired);
+  ASSERT_TRUE(mended) << mended.error().message;
+
+  const auto refused = open_chunks({take.chunk(1), repaired});
+
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, AllOf(HasSubstr("repaired.mcap"), HasSubstr("track this chunk again")));
+}
+
+TEST(MadeOf, IsKnownFromTheChunksThatAreLeft) {
+  const ChunkedTake& take = ChunkedTake::shared();
+  const auto all = open_chunks({take.chunk(1), take.chunk(2)});
+  ASSERT_TRUE(all) << all.error().message;
+
+  const auto left = made_of({take.chunk(2)});
+
+  ASSERT_TRUE(left) << left.error().message;
+  EXPECT_EQ(*left, all->made_of);
 }
 
 }  // namespace chunk_takes_test

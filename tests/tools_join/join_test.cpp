@@ -115,7 +115,9 @@ TEST_F(JoinOfChunks, ReplacesNothingAndGoesOn) {
 
   const auto refused = join_to(new_file()), kept = join_to(new_file(), true);
   const auto without_chunks = join({{}, new_file(), true}, [](double) { return true; });
+  const auto with_one_chunk = join({{take_.chunk(2)}, new_file(), true}, [](double) { return true; });
   const auto other = join_to(take_.whole(), true);
+  const auto recording = join({{}, take_.recorded(), true}, [](double) { return true; });
 
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("exists"));
@@ -123,9 +125,23 @@ TEST_F(JoinOfChunks, ReplacesNothingAndGoesOn) {
   EXPECT_TRUE(kept->kept);
   ASSERT_TRUE(without_chunks) << without_chunks.error().message;
   EXPECT_TRUE(without_chunks->kept) << "the chunks are removed once they are joined";
+  ASSERT_TRUE(with_one_chunk) << "the other chunk is removed already: " << with_one_chunk.error().message;
+  EXPECT_TRUE(with_one_chunk->kept);
+  ASSERT_FALSE(recording);
+  EXPECT_THAT(recording.error().message, HasSubstr("is no joined take"));
   ASSERT_FALSE(other);
   EXPECT_THAT(other.error().message, HasSubstr("was made of another take"));
   EXPECT_EQ(bytes_of(new_file()), before);
+}
+
+TEST_F(JoinOfChunks, CanBeEndedBeforeTheFirstSet) {
+  end_at_ = 1;
+
+  const auto ended = join_to(new_file());
+
+  ASSERT_FALSE(ended);
+  EXPECT_EQ(ended.error().code, ErrorCode::EndOfStream);
+  EXPECT_EQ(shares_, std::vector{0.0});
 }
 
 TEST_F(JoinOfChunks, LeavesNothingIfItIsEnded) {

@@ -24,13 +24,16 @@ TEST(MadeOf, DependsOnTheTakeTheSettingsTheOptionsAndTheVersion) {
                                   digest({.take = take}, shifted, "1"),
                                   digest({.take = take}, {}, "1"),
                                   digest({.take = take}, files, "2"),
+                                  digest({.take = take, .others = {.settings = "given"}}, files, "1"),
+                                  digest({.take = take, .others = {.rig = "given"}}, files, "1"),
+                                  digest({.take = take, .others = {.subjects = "given"}}, files, "1"),
                                   digest({.take = take, .from = Duration(1)}, files, "1"),
                                   digest({.take = take, .to = Duration(1)}, files, "1"),
                                   digest({.take = take, .offline = true}, files, "1"),
                                   digest({.take = take, .every_set = true}, files, "1")};
 
   EXPECT_EQ(first.size(), 64U);
-  EXPECT_EQ(all.size(), 9U) << "each differs from each";
+  EXPECT_EQ(all.size(), 12U) << "each differs from each";
   EXPECT_EQ(digest({.take = copy, .out = "elsewhere.mcap", .resume = true}, files, "1"), first);
 }
 

@@ -20,6 +20,7 @@ namespace mocap::ctl {
 namespace {
 
 using join::JoinReport;
+namespace fs = std::filesystem;
 
 void print_json(const JoinReport& report) {
   nlohmann::ordered_json json{{"file", report.path}, {"sets", report.sets}, {"kept", report.kept}};
@@ -51,26 +52,51 @@ void print_text(const JoinReport& report) {
   }
 }
 
-std::vector<std::filesystem::path> files_of(const JoinLine& line) {
+// Of the chunks of a new take, those that are there.
+std::vector<fs::path> numbered_chunks(const fs::path& out, std::uint32_t count) {
+  std::vector<fs::path> files;
   std::error_code ignored;
-  const std::filesystem::path folder = retrack::chunk_folder(line.out);
-  if (!line.chunks.empty()) return takes::takes_in(line.chunks);
-  return std::filesystem::exists(folder, ignored) ? takes::takes_in({folder}) : std::vector<std::filesystem::path>();
+  for (std::uint32_t number = 1; number <= count; ++number) {
+    fs::path file = retrack::chunk_file(out, {.number = number, .of = count});
+    if (fs::exists(file, ignored)) files.push_back(std::move(file));
+  }
+  return files;
 }
 
-// The chunk folder vanishes with its last file.
-void remove_chunks(const std::vector<std::filesystem::path>& chunks) {
+std::vector<fs::path> files_of(const JoinLine& line) {
+  if (!line.chunks.empty()) return takes::takes_in(line.chunks);
+  if (line.count > 0) return numbered_chunks(line.out, line.count);
   std::error_code ignored;
-  for (const std::filesystem::path& chunk : chunks) {
-    std::filesystem::remove(chunk, ignored);
-    std::filesystem::remove(chunk.parent_path(), ignored);
+  const fs::path folder = retrack::chunk_folder(line.out);
+  return fs::exists(folder, ignored) ? takes::takes_in({folder}) : std::vector<fs::path>();
+}
+
+// Says why there is nothing to join. Returns the exit code.
+int report_no_chunks(const JoinLine& line) {
+  const fs::path place = line.chunks.empty() ? retrack::chunk_folder(line.out) : line.chunks.front();
+  return report_take_failure(
+      {ErrorCode::NotFound, fmt::format("'{}' has no chunks ({}.mcap); mocapctl take retrack --chunk makes them",
+                                        place.string(), line.count > 0 ? fmt::format("I-of-{}", line.count) : "*")});
+}
+
+// The chunk folder of the new take vanishes with its last file.
+void remove_chunks(const fs::path& out, const std::vector<fs::path>& chunks) {
+  std::error_code error;
+  for (const fs::path& chunk : chunks) {
+    if (!fs::remove(chunk, error) && error) {
+      fmt::print(stderr, "mocapctl: '{}' is joined, but cannot be removed: {}\n", chunk.string(), error.message());
+    }
   }
+  fs::remove(retrack::chunk_folder(out), error);
 }
 
 }  // namespace
 
 int join_chunks(const JoinLine& line) {
   const join::JoinOrder order{files_of(line), line.out, line.resume};
+  std::error_code ignored;
+  const bool may_be_joined = line.resume && line.chunks.empty() && fs::exists(line.out, ignored);
+  if (order.chunks.empty() && !may_be_joined) return report_no_chunks(line);
   set_log_level(LogLevel::Warn);
   const StopSignals stops;
   const Result<JoinReport> report = [&] {
@@ -84,8 +110,10 @@ int join_chunks(const JoinLine& line) {
     stops.end_program();
     return report_take_failure(report.error());
   }
-  if (line.remove_chunks) remove_chunks(order.chunks);
+  if (line.remove_chunks) remove_chunks(line.out, order.chunks);
   line.json ? print_json(*report) : print_text(*report);
+  std::fflush(stdout);
+  stops.end_program();
   return kExitOk;
 }
 
@@ -99,11 +127,16 @@ void add_join_command(cli::App& take, std::function<int()>& chosen) {
   command->add_option("take", line->out, "the joined take; an existing file is never replaced")
       ->required()
       ->type_name("NEW.mcap");
-  command->add_option("--from", line->chunks, "the chunks, in any order, or folders of them; default: NEW.chunks")
-      ->type_name("PATH ...");
+  cli::Option* from =
+      command->add_option("--from", line->chunks, "the chunks, in any order, or folders of them; default: NEW.chunks")
+          ->type_name("PATH ...");
+  command->add_option("--chunks", line->count, "only the chunks 1-of-N.mcap to N-of-N.mcap of NEW.chunks; default: all")
+      ->type_name("N")
+      ->check(cli::Range(2, static_cast<int>(retrack::kMostChunks)))
+      ->excludes(from);
   command->add_flag("--remove-chunks", line->remove_chunks, "remove the chunks once they are joined");
   command->add_flag("--resume", line->resume,
-                    "do nothing if the joined take is there, whole, and made of these chunks");
+                    "do nothing if the joined take is there, whole, and made of the chunks that are left");
   command->add_flag("--json", line->json, "print one line of JSON");
   command->callback([line, &chosen] { chosen = [line] { return join_chunks(*line); }; });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <vector>
@@ -12,6 +13,7 @@ namespace mocap::ctl {
 struct JoinLine {
   std::filesystem::path out = {};                  ///< the joined take
   std::vector<std::filesystem::path> chunks = {};  ///< files or folders; none: the chunk folder of `out`
+  std::uint32_t count = 0;                         ///< only the chunks 1-of-count to count-of-count of it; 0: all in it
   bool remove_chunks = false;                      ///< once they are joined
   bool resume = false;
   bool json = false;

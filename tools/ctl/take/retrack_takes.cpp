@@ -30,6 +30,11 @@ double number_of(const nlohmann::ordered_json& report, const char* key) {
   return found != report.end() && found->is_number() ? found->get<double>() : 0.0;
 }
 
+std::string text_of(const nlohmann::ordered_json& report, const char* key, const std::string& otherwise) {
+  const auto found = report.find(key);
+  return found != report.end() && found->is_string() ? found->get<std::string>() : otherwise;
+}
+
 // Prints one line for each unit that ended, and counts them.
 class UnitLines {
  public:
@@ -88,7 +93,7 @@ class UnitLines {
         return;
       case UnitResult::Kind::Kept:
         fmt::print("{}: is there, made of the same take and settings by this version; not tracked again\n",
-                   farm::file_of(unit).string());
+                   text_of(result.report, "file", farm::file_of(unit).string()));
         return;
       case UnitResult::Kind::Failed:
       case UnitResult::Kind::Stopped:
@@ -114,7 +119,8 @@ int join_takes(const RetrackTakes& order, const std::vector<farm::Unit>& units, 
                  unit.out.string());
       continue;
     }
-    const int ended = join_chunks({.out = unit.out, .remove_chunks = true, .resume = true, .json = order.json});
+    const int ended = join_chunks(
+        {.out = unit.out, .count = order.chunks, .remove_chunks = true, .resume = true, .json = order.json});
     if (code == kExitOk) code = ended;
   }
   return code;

@@ -85,7 +85,7 @@ ordered_json join_step(const UnitCommand& common, std::span<const Unit> units, s
     step["dependencies"].push_back({{"dependsOn", step_name(kRetrackStep, i)}});
   }
   step["parameterSpace"] = {{"taskParameterDefinitions", ordered_json::array({new_take_parameter(units)})}};
-  step["script"] = script_of(join_command(common.mocapctl, "{{Task.Param.NewTake}}"));
+  step["script"] = script_of(join_command(common.mocapctl, "{{Task.Param.NewTake}}", units.front().chunk->of));
   return step;
 }
 

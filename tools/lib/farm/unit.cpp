@@ -73,8 +73,9 @@ std::vector<std::string> command_of(const UnitCommand& common, const Unit& unit)
   return command;
 }
 
-std::vector<std::string> join_command(const fs::path& mocapctl, const fs::path& out) {
-  return {mocapctl.string(), "take", "join", out.string(), "--remove-chunks", "--resume"};
+std::vector<std::string> join_command(const fs::path& mocapctl, const fs::path& out, std::uint32_t chunks) {
+  return {mocapctl.string(), "take",    "join", out.string(), "--chunks", std::to_string(chunks),
+          "--remove-chunks", "--resume"};
 }
 
 void UnitOutput::add(std::string_view line) {

@@ -47,7 +47,8 @@ struct UnitCommand {
 std::vector<std::string> command_of(const UnitCommand& common, const Unit& unit);
 
 /// The command that joins the chunks of a new take, and removes them.
-std::vector<std::string> join_command(const std::filesystem::path& mocapctl, const std::filesystem::path& out);
+std::vector<std::string> join_command(const std::filesystem::path& mocapctl, const std::filesystem::path& out,
+                                      std::uint32_t chunks);
 
 /// How a unit ended.
 struct UnitResult {

@@ -14,15 +14,19 @@ take::TakeCursor messages_of(const ChunkTake& chunk, const retrack::Span& part) 
   return chunk.reader.messages(std::move(selection));
 }
 
-Error wrong(const v1::Snapshot& snapshot, const char* what) {
-  return {ErrorCode::InvalidArgument,
-          fmt::format("set {} of a chunk {}; track the chunk again", snapshot.number(), what)};
-}
-
 }  // namespace
 
 ChunkSnapshots::ChunkSnapshots(const ChunkTake& chunk, const retrack::Span& part)
-    : cursor_(messages_of(chunk, part)), from_(part.from) {}
+    : path_(chunk.reader.mcap().path()), cursor_(messages_of(chunk, part)), from_(part.from) {}
+
+Error ChunkSnapshots::in_file(const Error& error) const {
+  return {error.code, fmt::format("'{}': {}", path_, error.message)};
+}
+
+Error ChunkSnapshots::wrong(const v1::Snapshot& snapshot, const char* what) const {
+  return in_file(
+      {ErrorCode::InvalidArgument, fmt::format("set {} {}; track this chunk again", snapshot.number(), what)});
+}
 
 Result<std::optional<v1::Snapshot>> ChunkSnapshots::next() {
   for (;;) {
@@ -31,7 +35,7 @@ Result<std::optional<v1::Snapshot>> ChunkSnapshots::next() {
     if (!*record) return std::optional<v1::Snapshot>();
     if ((*record)->topic == take::TakeTopic::Description) {
       Result<Description> description = take::description_of(**record);
-      if (!description) return description.error();
+      if (!description) return in_file(description.error());
       description_ = *std::move(description);
     } else if ((*record)->at >= from_) {
       return read_snapshot(**record);
@@ -41,7 +45,7 @@ Result<std::optional<v1::Snapshot>> ChunkSnapshots::next() {
 
 Result<std::optional<v1::Snapshot>> ChunkSnapshots::read_snapshot(const take::TakeRecord& record) {
   Result<v1::Snapshot> snapshot = take::snapshot_message_of(record);
-  if (!snapshot) return snapshot.error();
+  if (!snapshot) return in_file(snapshot.error());
   const Timestamp at = time_of(*snapshot);
   if (at != record.at || at <= last_) return wrong(*snapshot, "is not later than the one before it");
   if (!description_ || description_->version != snapshot->description_version()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "base/result.h"
 #include "base/time.h"
@@ -17,7 +18,7 @@ class ChunkSnapshots {
   ChunkSnapshots(const ChunkTake& chunk, const retrack::Span& part);
 
   /// The next snapshot; nothing at the end. Fails with InvalidArgument (a damaged file, snapshots that are not in the
-  /// order of their times, or one without its description) and Io.
+  /// order of their times, or one without its description) and Io; the message names the file.
   Result<std::optional<v1::Snapshot>> next();
 
   /// The description to which the last snapshot refers. Precondition: there was one.
@@ -26,6 +27,10 @@ class ChunkSnapshots {
  private:
   Result<std::optional<v1::Snapshot>> read_snapshot(const take::TakeRecord& record);
 
+  Error wrong(const v1::Snapshot& snapshot, const char* what) const;
+  Error in_file(const Error& error) const;
+
+  const std::string& path_;
   take::TakeCursor cursor_;
   Timestamp from_;
   std::optional<Description> description_;

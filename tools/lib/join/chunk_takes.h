@@ -24,7 +24,11 @@ struct ChunkTakes {
 
 /// Opens the chunks, in any order. Fails as TakeReader::open does, and with InvalidArgument: a file is no chunk; they
 /// are not of one take, tracked with the same settings by the same version; one is missing or is there twice; one is
-/// cut off. The message names the file.
+/// cut off, or was repaired, so that its end may be missing. The message names the file.
 Result<ChunkTakes> open_chunks(const std::vector<std::filesystem::path>& files);
+
+/// Of what the joined take of these chunks is made; some of its chunks may be missing. Fails as open_chunks does
+/// otherwise.
+Result<std::string> made_of(const std::vector<std::filesystem::path>& chunks);
 
 }  // namespace mocap::join

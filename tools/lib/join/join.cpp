@@ -15,7 +15,8 @@
 #include "lib/join/pose_offset.h"
 #include "lib/join/track_ids.h"
 #include "lib/retrack/made_of.h"
-#include "take/take_edit.h"
+#include "lib/retrack/new_take.h"
+#include "take/take_reader.h"
 
 namespace mocap::join {
 namespace {
@@ -23,6 +24,8 @@ namespace {
 constexpr std::uint64_t kSetsPerProgress = 100;
 
 Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
+
+Error ended() { return {ErrorCode::EndOfStream, "the joining was ended"}; }
 
 class Joining {
  public:
@@ -88,7 +91,7 @@ class Joining {
       if (offset != offsets_.end()) offset->second.add_to(subject, at - seams_[chunk_ - 1].at);
     }
     if (++sets_ % kSetsPerProgress == 0 && !progress_(share_of(at))) {
-      return Error{ErrorCode::EndOfStream, "the joining was ended"};
+      return ended();
     }
     last_ = std::move(snapshot);
     return into_.append(last_, chunk_, description);
@@ -111,9 +114,10 @@ class Joining {
   std::uint64_t sets_ = 0;
 };
 
-Result<std::vector<Seam>> seams_of(const ChunkTakes& takes) {
+Result<std::vector<Seam>> seams_of(const ChunkTakes& takes, const std::function<bool(double)>& progress) {
   std::vector<Seam> seams;
   for (std::size_t i = 0; i + 1 < takes.chunks.size(); ++i) {
+    if (!progress(0.0)) return ended();
     retrack::Span overlap{takes.chunks[i + 1].part.from, takes.chunks[i].part.to};
     if (i > 0) overlap.from = std::max(overlap.from, takes.chunks[i - 1].part.to + Duration(1));
     const Result<Seam> seam = find_seam(takes.chunks[i], takes.chunks[i + 1], overlap);
@@ -123,19 +127,22 @@ Result<std::vector<Seam>> seams_of(const ChunkTakes& takes) {
   return seams;
 }
 
-// Passes if a take is whole: each checksum and message is right.
-Status check_whole(const std::filesystem::path& path) {
-  const auto faults = take::verify_take(path);
-  if (!faults) return faults.error();
-  if (faults->empty()) return {};
-  return wrong(fmt::format("'{}' exists, but is damaged; move it away", path.string()));
+// What a take that is there was made of.
+Result<std::string> recorded_made_of(const std::filesystem::path& path) {
+  const Result<take::TakeReader> take = take::TakeReader::open(path);
+  if (!take) return take.error();
+  const auto known = take->info().others.find(retrack::kMadeOf);
+  if (known != take->info().others.end()) return known->second;
+  return wrong(fmt::format("'{}' exists, and is no joined take; choose another name", path.string()));
 }
 
-// The report of a joined take that is there already. `right`: what its check gave.
-Result<JoinReport> keep(const std::filesystem::path& path, const Status& right) {
-  if (!right) return right.error();
+// The report of a joined take that is there already. Once it is whole, its chunks are removed, one after the other.
+Result<JoinReport> keep(const JoinOrder& order) {
+  const Result<std::string> digest = order.chunks.empty() ? recorded_made_of(order.out) : made_of(order.chunks);
+  if (!digest) return digest.error();
+  if (const Status right = retrack::check_made_of(order.out, *digest); !right) return right.error();
   JoinReport report;
-  report.path = path.string();
+  report.path = order.out.string();
   report.kept = true;
   return report;
 }
@@ -149,13 +156,10 @@ Result<JoinReport> join(const JoinOrder& order, const std::function<bool(double)
   std::error_code ignored;
   const bool is_there = std::filesystem::exists(order.out, ignored);
   if (is_there && !order.resume) return wrong(fmt::format("'{}' exists; choose another name", order.out.string()));
-  if (is_there && order.chunks.empty()) {  // they are removed once they are joined
-    return keep(order.out, check_whole(order.out));
-  }
+  if (is_there) return keep(order);
   const Result<ChunkTakes> takes = open_chunks(order.chunks);
   if (!takes) return takes.error();
-  if (is_there) return keep(order.out, retrack::check_made_of(order.out, takes->made_of));
-  Result<std::vector<Seam>> seams = seams_of(*takes);
+  Result<std::vector<Seam>> seams = seams_of(*takes, progress);
   if (!seams) return seams.error();
   Result<JoinedTake> into = JoinedTake::create(order.out, *takes);
   if (!into) return into.error();

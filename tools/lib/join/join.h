@@ -15,7 +15,8 @@ namespace mocap::join {
 struct JoinOrder {
   std::vector<std::filesystem::path> chunks;
   std::filesystem::path out;  ///< the joined take; ends in .mcap
-  bool resume = false;        ///< if the joined take is there, whole and made of the same chunks, nothing is done
+  /// If the joined take is there and whole, nothing is done. Of the chunks, those that are left have to be of it.
+  bool resume = false;
 };
 
 struct JoinReport {
@@ -26,8 +27,8 @@ struct JoinReport {
   bool kept = false;        ///< the joined take was there already: nothing was done
 };
 
-/// Joins the chunks of a take that `retrack` tracked. The same chunks give the same bytes. One pass over the chunks
-/// after one over the seconds where they overlap; memory of one set.
+/// Joins the chunks of a take that `retrack` tracked. The same chunks give the same bytes. One pass over the chunks to
+/// compare the sets of their overlaps, and one to join them; memory of one set and of the indexes of all chunks.
 ///
 /// Images, health and events are those of the chunk whose part without the overlap has their time. Snapshots go over
 /// from one chunk to the next at a seam (`find_seam`): ids of tracks, numbers of sets and versions of descriptions go

@@ -98,9 +98,11 @@ Status JoinedTake::append_other(const TakeRecord& record) {
   if (record.topic == TakeTopic::Health) return file_.writer().append(take::kHealthTopic, record.at, record.bytes);
   if (record.topic == TakeTopic::Event) return file_.writer().append(take::kEventTopic, record.at, record.bytes);
   const Result<BlobFrame> image = take::blobs_of(record);
-  if (!image) return image.error();
+  const std::string& path = takes_.chunks[chunk_].reader.mcap().path();
+  if (!image) return Error{image.error().code, fmt::format("'{}': {}", path, image.error().message)};
   if (image->camera.value >= cameras_) {
-    return Error{ErrorCode::InvalidArgument, "a chunk has an image of a camera that it does not describe"};
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("'{}': has an image of a camera that it does not describe; track this chunk again", path)};
   }
   return file_.writer().append(*image);
 }

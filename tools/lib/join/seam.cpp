@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,7 +18,7 @@ struct AgreedSet {
   int differing_labels = 0;
 };
 
-Seam seam_in(const std::vector<AgreedSet>& run) {
+Seam seam_in(std::span<const AgreedSet> run) {
   const Timestamp middle = run.front().at + (run.back().at - run.front().at) / 2;
   const AgreedSet& best = *std::ranges::min_element(run, {}, [&](const AgreedSet& set) {
     return std::pair(set.differing_labels, std::chrono::abs(set.at - middle));
@@ -32,18 +33,26 @@ class Comparison {
     last_at_ = time_of(earlier);
     const Agreement agreement = agreement_of(earlier, later);
     if (!agreement.holds) {
-      run_.clear();
+      run_begin_ = agreed_.size();
       return;
     }
-    run_.push_back({*last_at_, agreement.differing_labels});
-    if (run_.size() > longest_.size()) longest_ = run_;
+    agreed_.push_back({*last_at_, agreement.differing_labels});
+    const std::size_t run_size = agreed_.size() - run_begin_;
+    if (run_size <= longest_size_) return;
+    longest_begin_ = run_begin_;
+    longest_size_ = run_size;
   }
 
-  Seam seam(Timestamp end) const { return longest_.empty() ? Seam{.at = last_at_.value_or(end)} : seam_in(longest_); }
+  Seam seam(Timestamp end) const {
+    if (agreed_.empty()) return Seam{.at = last_at_.value_or(end)};
+    return seam_in(std::span(agreed_).subspan(longest_begin_, longest_size_));
+  }
 
  private:
   std::optional<Timestamp> last_at_;
-  std::vector<AgreedSet> run_, longest_;
+  std::vector<AgreedSet> agreed_;
+  std::size_t run_begin_ = 0;  // in agreed_: of the run that has the last set
+  std::size_t longest_begin_ = 0, longest_size_ = 0;
 };
 
 }  // namespace

@@ -75,6 +75,12 @@ Result<std::string> made_of(const RetrackOrder& order, const std::vector<TakeFil
   for (const std::string& text : {text_of(order.from), text_of(order.to)}) all.add(text);
   all.add(order.offline ? "offline" : "live");
   all.add(order.every_set ? "every set" : "recorded sets");
+  // A file that is given is not the recorded one, even if it has the same bytes: what was known about the bodies when
+  // the take began is of the recorded one.
+  const OtherFiles& others = order.others;
+  for (const std::filesystem::path* file : {&others.settings, &others.rig, &others.subjects}) {
+    all.add(file->empty() ? "recorded" : "given");
+  }
   if (order.chunk) all.add(fmt::format("{} chunks, {} ns", order.chunk->of, order.chunk->overlap.count()));
   for (const TakeFile& file : settings_files) {
     all.add(file.name);
@@ -87,15 +93,16 @@ Status check_made_of(const std::filesystem::path& path, const std::string& diges
   const Result<take::TakeReader> take = take::TakeReader::open(path);
   if (!take) return take.error();
   const auto known = take->info().others.find(kMadeOf);
-  if (known != take->info().others.end() && known->second == digest) {
+  if (take->is_whole() && known != take->info().others.end() && known->second == digest) {
     const auto faults = take::verify_take(path);
     if (!faults) return faults.error();
     if (faults->empty()) return {};
   }
-  return Error{ErrorCode::InvalidArgument,
-               fmt::format("'{}' exists, but is damaged or was made of another take, with other settings or by another "
-                           "version; it is kept: move it away or choose another name",
-                           path.string())};
+  return Error{
+      ErrorCode::InvalidArgument,
+      fmt::format("'{}' exists, but is damaged, was repaired, or was made of another take, with other settings "
+                  "or by another version; it is kept: move it away or choose another name",
+                  path.string())};
 }
 
 }  // namespace mocap::retrack

@@ -29,12 +29,16 @@ fs::path part_of(const fs::path& whole) {
 
 Status remove_part_of(const fs::path& whole) {
   const fs::path part = part_of(whole);
-  const int file = ::open(part.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  // NFS gives an exclusive lock to files that are open for writing only.
+  const int file = ::open(part.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
   if (file < 0) return errno == ENOENT ? Status{} : cannot(part, "opened");
   Status removed;
   if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
-    removed = Error{ErrorCode::Busy, fmt::format("'{}' is being written by another process; wait for its end or end it",
-                                                 whole.string())};
+    removed =
+        errno == EWOULDBLOCK
+            ? Error{ErrorCode::Busy,
+                    fmt::format("'{}' is being written by another process; wait for its end or end it", whole.string())}
+            : cannot(part, "locked");
   } else if (::unlink(part.c_str()) != 0) {
     removed = cannot(part, "removed");
   }

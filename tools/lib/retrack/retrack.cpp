@@ -71,7 +71,8 @@ Status check_new_file(const RetrackOrder& order) {
   }
   if (order.resume) return {};
   if (order.chunk && is_there(chunk_file(out, *order.chunk))) {
-    return wrong(fmt::format("'{}' exists", chunk_file(out, *order.chunk).string()));
+    return wrong(fmt::format("'{}' exists; --resume keeps it if it is whole and of this take",
+                             chunk_file(out, *order.chunk).string()));
   }
   if (!is_there(out)) return {};
   const fs::path folder = out.parent_path().empty() ? fs::path(".") : out.parent_path();
