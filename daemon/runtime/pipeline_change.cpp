@@ -57,6 +57,9 @@ Status Pipeline::change(PipelineChange change) {
 void Pipeline::pause_control() {
   control_thread_.request_stop();
   join(control_thread_);
+  // An order that the main thread has not taken yet is of the cameras before, and nobody waits for its answer any more.
+  while (take_order()) {
+  }
 }
 
 // First the cameras whose device goes on, and of those first the ones that deliver: a thread that is opening its device

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
+#include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -155,6 +157,49 @@ TEST_F(HandoverTest, AnotherSubjectDoesNotChangeTheResultsForTheActor) {
   next.definitions.push_back(*prop);
 
   expect_same_as_unchanged(next);
+}
+
+// An operator who orders something while the configuration is loaded anew.
+class OneRequest : public ControlServer {
+ public:
+  OneRequest(Received& asked, std::atomic<bool>& done) : asked_(asked), done_(done) {}
+
+  std::optional<ControlRequest> next(Duration patience) override {
+    if (asked_.sets > 0) {
+      std::this_thread::sleep_for(patience);
+      return std::nullopt;
+    }
+    asked_.sets = 1;
+    asked_.changed.signal();
+    ControlRequest request;
+    request.action = ControlAction::Reload;
+    return request;
+  }
+  void answer(const ControlAnswer& answer) override { done_ = answer.code == ControlCode::Done; }
+
+ private:
+  Received& asked_;
+  std::atomic<bool>& done_;
+};
+
+// It names cameras by their numbers before the change.
+TEST_F(HandoverTest, AnOrderForTheCamerasBeforeEnds) {
+  Received asked, received;
+  std::atomic<bool> done{true};
+  Result<Assembly> assembly = assemble(before);
+  ASSERT_TRUE(assembly) << assembly.error().message;
+  assembly->parts.publisher = std::make_unique<RecordingPublisher>(received);
+  assembly->parts.control = std::make_unique<OneRequest>(asked, done);
+  runtime::Pipeline pipeline(std::move(assembly->settings), std::move(assembly->parts));
+  ASSERT_TRUE(asked.wait_for(1));
+
+  Result<runtime::PipelineChange> change = assemble_change(before, before, pipeline, *assembly->shared);
+  ASSERT_TRUE(change) << change.error().message;
+  ASSERT_TRUE(pipeline.change(*std::move(change)));
+
+  EXPECT_FALSE(pipeline.take_order());
+  EXPECT_FALSE(done);
+  pipeline.stop();
 }
 
 TEST_F(HandoverTest, ASubjectWithAnotherDefinitionDoesNotContinue) {

@@ -54,6 +54,7 @@ class SimulatedNode {
     return exposures_.at(number);
   }
   std::atomic<bool> answers{true};
+  std::atomic<bool> in_the_future{false};  // images say that they are exposed in an hour
   std::atomic<NodeCameraState> state{NodeCameraState::Delivering};
 
  private:
@@ -68,6 +69,7 @@ class SimulatedNode {
       frame.camera = CameraId{0};
       frame.number = number;
       frame.exposed_at = recorded ? from_ns(static_cast<std::int64_t>(number) * 1'000'000) : host_now();
+      if (in_the_future) frame.exposed_at += std::chrono::hours(1);
       frame.received_at = frame.detected_at = frame.exposed_at;
       {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -146,6 +148,28 @@ TEST(NodeCamera, DeliversBlobsWithTheirTracksOnTheHostsClock) {
   EXPECT_LE(last, host_now() + milliseconds(50));
   EXPECT_GT(host.counters.clock_uncertainty_us.load(), 0.0);
   EXPECT_EQ(host.counters.clock_source.load(), ClockSource::Receipts);
+}
+
+// One set with a time of the future would make the images of all other cameras late.
+TEST(NodeCamera, RefusesAnImageThatIsExposedInTheFuture) {
+  SimulatedNode node;
+  Host host(node.endpoint());
+  ASSERT_TRUE(host.start());
+  ASSERT_TRUE(host.image());
+
+  node.in_the_future = true;
+  Result<Frame> refused = host.image();
+  while (refused) {
+    ASSERT_LE(refused->exposed_at, host_now() + milliseconds(50));
+    refused = host.image();
+  }
+  EXPECT_EQ(refused.error().code, ErrorCode::Io) << refused.error().message;
+  node.in_the_future = false;
+  Result<Frame> accepted = host.image();
+  while (!accepted && accepted.error().code == ErrorCode::Io) accepted = host.image();
+
+  ASSERT_TRUE(accepted) << accepted.error().message;
+  EXPECT_LE(accepted->exposed_at, host_now() + milliseconds(50));
 }
 
 // PTP's time is that of the host's clock, `wrong` apart from it; `gains` per second of the machine's clock.

@@ -247,6 +247,20 @@ TEST_F(Configuration, ListsTheFaultsOfAMarkerSetOnceWithTheirPlacesInItsFile) {
   EXPECT_THAT(faults, HasSubstr("daemon.toml:6:14: camera 'east': marker_set is '" + set + "', which has faults"));
 }
 
+TEST_F(Configuration, ShowsTheBeginningOfAValueOfAnySize) {
+  std::string value;
+  for (int i = 0; i < 150'000; ++i) value += "\u00e4";
+  const std::string bone = "name = \"set\"\n[[bone]]\nname = \"Hips\"\n[[marker]]\nname = \"M\"\nbone = \"Hips\"\n";
+  const auto set = folder_.write("set.toml", bone + "offset_m = \"" + value + "\"\n").string();
+  marker_set_ = set;
+
+  const std::string faults = faults_of(good());
+
+  EXPECT_THAT(faults, HasSubstr(set + ":7:12: "));
+  EXPECT_THAT(faults, HasSubstr("\u00e4..., expected 3 numbers"));
+  EXPECT_LT(faults.size(), 2000U);
+}
+
 TEST_F(Configuration, AcceptsAnyFeatureOfACameraInTheOrderOfTheFile) {
   const std::string rig = "[capture]\nrig = \"rig.toml\"\n[[camera]]\nname = \"east\"\n";
   const std::string aravis = rig + "driver = \"aravis\"\nmac = \"00:11:1c:f5:a0:01\"\n";

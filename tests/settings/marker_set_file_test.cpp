@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -378,6 +379,17 @@ TEST_F(MarkerSetFile, NamesTheMissingFile) {
   EXPECT_THAT(set.error().message, HasSubstr("set.toml:2:12: skeleton is 'gone.toml'"));
   EXPECT_THAT(set.error().message, HasSubstr("neither " + (folder_ / "gone.toml").string() + " nor "));
   EXPECT_THAT(set.error().message, HasSubstr("share/mocapd/markersets/gone.toml exists"));
+}
+
+// To read a pipe would wait for its writer; a client may name one.
+TEST_F(MarkerSetFile, RefusesAPipe) {
+  const fs::path pipe = folder_ / "pipe.toml";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+
+  const auto set = load_marker_set(pipe);
+
+  ASSERT_FALSE(set);
+  EXPECT_THAT(set.error().message, HasSubstr("pipe.toml: is a folder or a device, expected a TOML file"));
 }
 
 TEST_F(MarkerSetFile, RefusesAFolderAndNumbersThatAreNotFinite) {

@@ -1,6 +1,10 @@
 // mocapctl take ..., as a process.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/file.h>
+#include <sys/inotify.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -58,6 +62,22 @@ TEST_F(TakeCommand, ListsAndShowsTakes) {
   EXPECT_NEAR(json.at("seconds"), 59 / 120.0, 1e-3);
   EXPECT_EQ(json.at("topics").at("snapshot").at("messages"), 60);
   EXPECT_EQ(json.at("info").at("slate"), "12A");
+}
+
+// The recorder ends a take whose file is not there, if only for a moment.
+TEST_F(TakeCommand, LeavesATakeThatIsBeingRecordedWhereItIs) {
+  const int recorder = ::open(path().c_str(), O_RDWR), moves = ::inotify_init1(IN_NONBLOCK);
+  ASSERT_EQ(::flock(recorder, LOCK_EX), 0);
+  ASSERT_GE(::inotify_add_watch(moves, folder_.path().c_str(), IN_MOVED_FROM), 0);
+
+  const Ended refused = run("rename walk-3.mcap best");
+
+  std::array<char, 4096> move;
+  EXPECT_EQ(::read(moves, move.data(), move.size()), -1) << "the file was renamed";
+  EXPECT_NE(refused.exit, 0);
+  EXPECT_THAT(refused.out, HasSubstr("is being recorded; stop the take first"));
+  ::close(moves);
+  ::close(recorder);
 }
 
 TEST_F(TakeCommand, EditsNotesRatingAndName) {

@@ -311,12 +311,13 @@ void RemoteCamera::count_lost(std::uint64_t sequence) {
   next_sequence_ = sequence + 1;
 }
 
-// Returns false if the clock is too uncertain for the sets.
+// Returns false if the clock is too uncertain for the sets. An image that came before its exposure shows that, too: one
+// set with a time of the future would make all later images late.
 bool RemoteCamera::map_times(BlobFrame& image) {
   const Timestamp now = host_now();
   const std::optional<NodeInstants> instants =
       clock_.to_host(session_.value_or(0), image.exposed_at, image.received_at, now);
-  if (!instants || instants->uncertainty > window_) return false;
+  if (!instants || instants->uncertainty > window_ || instants->exposed_at > now + window_) return false;
   uncertain_since_.reset();
   image.exposed_at = std::max(instants->exposed_at, last_exposed_ + Duration{1});
   image.received_at = std::min(instants->received_at, now);

@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "base/install_folders.h"
-#include "base/read_file.h"
 #include "identify/asymmetry.h"
 #include "model/bounds.h"
 #include "settings/shipped_files.h"
 #include "settings/toml/suggestion.h"
+#include "settings/toml/text_file.h"
 
 namespace mocap::settings {
 namespace {
@@ -27,6 +27,17 @@ namespace {
 constexpr double kRadPerDegree = std::numbers::pi / 180.0;
 // No bone of a person is longer than 2 m. A value in millimetres is larger.
 constexpr double kLongestOffset_m = 2.0;
+
+// A value in a message has at most so many bytes.
+constexpr std::size_t kMostShown_bytes = 100;
+
+// Cut between two characters of UTF-8.
+std::string shortened(std::string text) {
+  if (text.size() <= kMostShown_bytes) return text;
+  std::size_t end = kMostShown_bytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "...";
+}
 
 using Keys = std::initializer_list<std::string_view>;
 
@@ -98,7 +109,7 @@ class Reader {
   static std::string shown(const toml::node& node) {
     std::ostringstream text;
     node.visit([&text](const auto& value) { text << value; });
-    return text.str();
+    return shortened(text.str());
   }
 
  private:
@@ -119,13 +130,12 @@ Result<toml::table> parse(const std::filesystem::path& file, Reader& reader) {
   if (!std::filesystem::exists(file, ignored)) {
     return Error{ErrorCode::NotFound, fmt::format("{}: no such file", file.string())};
   }
-  if (std::filesystem::is_directory(file, ignored)) {
-    return Error{ErrorCode::Io, fmt::format("{}: is a folder, expected a TOML file", file.string())};
+  // A client may name the file: reading a pipe would wait for its writer.
+  if (!std::filesystem::is_regular_file(file, ignored)) {
+    return Error{ErrorCode::Io, fmt::format("{}: is a folder or a device, expected a TOML file", file.string())};
   }
-  const Result<std::string> text = read_file(file);
-  if (!text) {
-    return Error{ErrorCode::Io, fmt::format("{}: cannot be read, expected a file that mocapd may read", file.string())};
-  }
+  const Result<std::string, Fault> text = read_text(file);
+  if (!text) return Error{ErrorCode::Io, fmt::format("{}: {}", file.string(), text.error().message)};
   try {
     return toml::parse(*text, file.string());
   } catch (const toml::parse_error& error) {

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <regex>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "settings/subject/marker_set_file.h"
@@ -18,13 +21,25 @@
 namespace mocap::settings {
 namespace {
 
+// The number that the text begins with, if `end` follows it. The text then begins after `end`.
+std::optional<std::uint32_t> take_number(std::string_view& text, std::string_view end) {
+  std::uint32_t number = 0;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const std::string_view after = text.substr(static_cast<std::size_t>(rest - text.data()));
+  if (error != std::errc() || !after.starts_with(end)) return std::nullopt;
+  text = after.substr(end.size());
+  return number;
+}
+
 // The fault of a line "marker.toml:3:7: name is ..."; nothing for a line without a place.
-std::optional<Fault> fault_from(const std::string& line) {
-  static const std::regex kPlaced("(.*?):([0-9]{1,9}):([0-9]{1,9}): (.*)");
-  std::smatch parts;
-  if (!std::regex_match(line, parts, kPlaced)) return std::nullopt;
-  return Fault{parts[1].str(), static_cast<std::uint32_t>(std::stoul(parts[2])),
-               static_cast<std::uint32_t>(std::stoul(parts[3])), parts[4].str()};
+std::optional<Fault> fault_from(std::string_view line) {
+  for (std::size_t at = line.find(':'); at != std::string_view::npos; at = line.find(':', at + 1)) {
+    std::string_view rest = line.substr(at + 1);
+    const auto row = take_number(rest, ":");
+    const auto column = row ? take_number(rest, ": ") : std::nullopt;
+    if (column) return Fault{std::string(line.substr(0, at)), *row, *column, std::string(rest)};
+  }
+  return std::nullopt;
 }
 
 // The marker sets of one configuration. Each file is read once.

@@ -1,7 +1,10 @@
 #include "lib/takes/take_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "take/mcap/input_file.h"
 #include "take/take_edit.h"
 #include "take/take_quality.h"
 
@@ -107,6 +110,12 @@ std::vector<std::filesystem::path> takes_in(std::vector<std::filesystem::path> p
 }
 
 Result<std::filesystem::path> rename(const std::filesystem::path& file, const std::string& name) {
+  const auto opened = take::mcap::InputFile::open(file);
+  if (!opened) return opened.error();
+  // The recorder ends a take whose file is gone.
+  if (opened->is_being_written()) {
+    return Error{ErrorCode::Busy, fmt::format("'{}' is being recorded; stop the take first", file.string())};
+  }
   // The file is renamed first, because only that can be refused.
   auto renamed = take::rename_take(file, name);
   if (!renamed) return renamed.error();
