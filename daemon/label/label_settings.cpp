@@ -25,7 +25,7 @@ void declare_keys(KeyVisitor& keys, LabelSettings& label) {
   keys.time(
       "lost_after_ms", label.lost_after, {1, 60000},
       {.help = "a subject is lost after this time with less than a quarter of its markers, or with a quarter missing "
-               "while as many unlabelled tracks are near; after 150 ms without any marker"});
+               "while as many unlabelled tracks are near; after 150 ms with fewer than three measured markers"});
 }
 
 }  // namespace mocap::label

@@ -42,8 +42,8 @@ void declare_keys(KeyVisitor& keys, PublisherSettings& feed) {
   keys.number("max_connections", feed.max_connections, {1, 60000},
               {.help = "the newest connections over this number are closed"});
   keys.number("send_queue", feed.send_queue, {1, 1000},
-              {.help = "messages that wait for one slow subscriber, never fewer than 10 + 12 for each subject; further "
-                       "ones are dropped for this subscriber alone"});
+              {.help = "messages that wait for one slow subscriber, never fewer than 204, two of each topic of 16 "
+                       "subjects; further ones are dropped for this subscriber alone"});
   keys.flag("velocities", feed.velocities,
             {.help = "true: velocities and angular velocities of the bones are published, too, about 24 bytes a bone"});
   keys.number(
