@@ -7,6 +7,17 @@
 #include "wire/codec/blob_columns.h"
 
 namespace mocap::wire {
+namespace {
+
+// Far outside of any image, and small enough that a coordinate times a number of cells fits into an int.
+constexpr double kMaxCoordinate_px = 1e6;
+
+// Also false for a number that is not finite.
+bool is_possible(const PixelPoint& at) {
+  return std::abs(at.v.x()) <= kMaxCoordinate_px && std::abs(at.v.y()) <= kMaxCoordinate_px;
+}
+
+}  // namespace
 
 void encode(const BlobFrame& from, v1::CameraBlobs& into) {
   into.Clear();
@@ -38,14 +49,16 @@ Status decode(const v1::CameraBlobs& from, BlobFrame& into) {
   for (int i = 0; i < n; ++i) {
     Blob blob = blob_at(from, i);
     blob.track = BlobTrackId{from.track_ids_plus_one(i) - 1};
-    const bool valid = blob.centroid.v.allFinite() && std::isfinite(blob.sigma_px) && blob.sigma_px > 0.0 &&
+    const bool valid = is_possible(blob.centroid) && std::isfinite(blob.sigma_px) && blob.sigma_px > 0.0 &&
                        std::isfinite(blob.area_px2) && std::isfinite(blob.peak) && std::isfinite(blob.roundness) &&
                        std::isfinite(blob.saturated) && !std::isinf(blob.axis_rad);
     if (!valid) {
       into.blobs.clear();
-      return Error{ErrorCode::InvalidArgument,
-                   fmt::format("blobs of camera {}: blob {} has a number that is not finite, or a sigma of {} px",
-                               from.camera(), i, blob.sigma_px)};
+      return Error{
+          ErrorCode::InvalidArgument,
+          fmt::format("blobs of camera {}: blob {} has a number that is not finite, a position of ({}, {}) px, "
+                      "or a sigma of {} px",
+                      from.camera(), i, blob.centroid.v.x(), blob.centroid.v.y(), blob.sigma_px)};
     }
     into.blobs.push_back(blob);
   }

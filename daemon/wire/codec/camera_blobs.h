@@ -10,7 +10,7 @@ namespace mocap::wire {
 void encode(const BlobFrame& from, v1::CameraBlobs& into);
 
 /// Decodes a message of an untrusted file or peer. Fails with InvalidArgument if columns differ in length, there are
-/// more than kMaxBlobs blobs or kMaxCameras cameras, or a position or sigma is not a valid number.
+/// more than kMaxBlobs blobs or kMaxCameras cameras, or a position (at most 1e6 px) or sigma is not a valid number.
 Result<BlobFrame> decode(const v1::CameraBlobs& from);
 
 /// The same without a copy of the blobs. After a failure `into` holds no blobs.
