@@ -33,7 +33,8 @@ std::map<std::uint16_t, TakeTopic> topics_of(const mcap::Summary& summary, const
   return topics;
 }
 
-// A channel that no file has, so that a selection without channels selects nothing.
+// Stands for a selection without channels, because an empty set selects all. The cursor skips the messages of a file
+// that has a channel of this id.
 constexpr std::uint16_t kNoChannel = 0xFFFF;
 
 std::set<std::uint16_t> channels_of(const std::map<std::uint16_t, TakeTopic>& topics) {
@@ -171,8 +172,9 @@ Result<std::optional<TakeRecord>> TakeCursor::next() {
     const Result<std::optional<mcap::Message>> message = cursor_.next();
     if (!message) return message.error();
     if (!*message) return std::optional<TakeRecord>();
-    const TakeRecord record{topics_.at((*message)->channel_id), reader_.host_time_of((*message)->log_time_ns),
-                            (*message)->data};
+    const auto topic = topics_.find((*message)->channel_id);
+    if (topic == topics_.end()) continue;
+    const TakeRecord record{topic->second, reader_.host_time_of((*message)->log_time_ns), (*message)->data};
     if (selection_.to && record.at >= *selection_.to) return std::optional<TakeRecord>();
     if (!selection_.from || record.at >= *selection_.from) return std::optional(record);
   }
