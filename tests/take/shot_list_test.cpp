@@ -56,9 +56,27 @@ TEST(Shots, NameFileAndLineOfAFault) {
   EXPECT_THAT(fault(long_list), HasSubstr("501 shots"));
 }
 
+TEST(Shots, HaveNotesThatATakeAccepts) {
+  const auto shots = parse_shots("name,notes\nwalk,\"\x01 slow\tthen\r\nrun\rand\x7Fstop\t\"\n", "day.csv");
+
+  ASSERT_TRUE(shots) << shots.error().message;
+  TakeInfo info;
+  info.notes = shots->front().notes;
+  EXPECT_TRUE(check(info));
+  EXPECT_EQ(info.notes, "slow then\nrun and stop");
+}
+
+TEST(Shots, NameTheLineOfNotesThatLeaveNoSpaceForTimecodes) {
+  const std::string longest(kMaxShotNotes_bytes, 'n');
+
+  EXPECT_EQ(fault("name,notes\nrun,\nwalk," + longest + "\n"), "");
+  EXPECT_EQ(fault("name,notes\nrun,\nwalk," + longest + "n\n"),
+            "day.csv:3: notes has 11265 bytes, expected at most 11264");
+}
+
 TEST(Shots, SurviveRandomText) {
   std::mt19937 random(3);
-  const std::string alphabet = "name,slate\n\r\"a1\xC3";
+  const std::string alphabet = "name,slate\n\r\t\"a1\xC3";
   for (int round = 0; round < 20'000; ++round) {
     std::string csv = round % 2 == 0 ? "name,notes\n" : "";
     for (auto i = random() % 40; i > 0; --i) csv += alphabet[random() % alphabet.size()];
@@ -96,6 +114,19 @@ TEST(ShotList, KeepsItsShotsIfANewListIsRefused) {
 
   EXPECT_FALSE(list.replace({{"b", "", "", {}}, {"b", "", "", {}}}));
   EXPECT_EQ(list.shots().size(), 1U);
+}
+
+TEST(ShotList, RefusesNotesThatNoTakeAccepts) {
+  const support::TemporaryFolder folder;
+  ShotList list(folder.path() / "shot_list.csv");
+
+  const Status tab = list.replace({{"a", "", "slow\tthen run", {}}});
+  const Status size = list.replace({{"a", "", std::string(kMaxShotNotes_bytes + 1, 'n'), {}}});
+
+  ASSERT_FALSE(tab);
+  EXPECT_THAT(tab.error().message, StartsWith("shot 'a': notes has control characters"));
+  ASSERT_FALSE(size);
+  EXPECT_THAT(size.error().message, StartsWith("shot 'a': notes has 11265 bytes"));
 }
 
 TEST(ShotList, NamesTheLineOfADamagedFile) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -8,18 +9,24 @@
 
 #include "base/result.h"
 #include "model/take/shot.h"
+#include "take/take_info.h"
 
 namespace mocap::take {
 
+/// Largest notes of a shot. The rest of the info of a take is for its name and slate (at most 100 bytes each), the
+/// producer, and the timecodes (11 bytes each) that are known at the end of the take.
+inline constexpr std::size_t kMaxShotNotes_bytes = kMaxInfo_bytes - 1024;
+
 /// Reads a shot list: CSV (RFC 4180) with a header of the columns name, slate, notes, seconds and done in any order;
-/// only name is needed. Fails with InvalidArgument; the message begins with `file` and the line.
+/// only name is needed. CR LF within notes becomes a newline, another control character a space. Fails with
+/// InvalidArgument; the message begins with `file` and the line.
 Result<std::vector<Shot>> parse_shots(std::string_view csv, const std::string& file);
 
 /// The text that `parse_shots` reads.
 std::string shots_csv(const std::vector<Shot>& shots);
 
-/// Fails with InvalidArgument if the list has too many shots or bytes, or a name twice, or if a name or slate cannot be
-/// a part of a file name.
+/// Fails with InvalidArgument if the list has too many shots or bytes, or a name twice, if a name or slate cannot be
+/// a part of a file name, or if notes have over kMaxShotNotes_bytes or control characters other than newlines.
 Status check_shots(const std::vector<Shot>& shots);
 
 /// The shot list of the daemon, in a file that is replaced with each change. One thread owns it.
