@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include "base/expects.h"
+#include "base/log.h"
 #include "mocap/v1/event.pb.h"
 #include "mocap/v1/health.pb.h"
 #include "mocap/v1/take.pb.h"
@@ -142,12 +143,22 @@ Status TakeWriter::tick(Timestamp now) {
   return writer_.write_chunk();
 }
 
+// The last info of the file. `create` has checked the info of the start, so that its texts fit.
+TakeInfo TakeWriter::last_info(const TakeInfo& end) const {
+  const Status valid = check(end);
+  TakeInfo info = valid ? end : info_;
+  info.utc_minus_host = info_.utc_minus_host;  // the times of the messages depend on it
+  if (valid) return info;
+  log_warn("take",
+           fmt::format("'{}' keeps name, notes, tags and timecodes of its start: {}", path(), valid.error().message));
+  info.ended_at = end.ended_at;
+  info.others = end.others;
+  return info;
+}
+
 Status TakeWriter::finish(const TakeInfo& info) {
-  if (const Status valid = check(info); !valid) return valid;
-  TakeInfo end = info;
-  end.utc_minus_host = info_.utc_minus_host;  // the times of the messages depend on it
   const Status written = writer_.write_chunk();
-  const Status described = writer_.add_metadata(encode(end));
+  const Status described = writer_.add_metadata(encode(last_info(info)));
   const Status finished = writer_.finish();
   if (!written) return written;
   return described ? finished : described;

@@ -68,8 +68,9 @@ class TakeWriter {
   /// Writes the messages that have waited for 50 ms. For pauses without messages.
   Status tick(Timestamp now);
 
-  /// Writes the final info and the index, and closes the file. Fails with Io if the file could not be completed, or if
-  /// an earlier call failed.
+  /// Writes the final info and the index, and closes the file. If `check` refuses the info, for example because the
+  /// timecodes of the end do not fit, the file keeps the texts of its start. Fails with Io if the file could not be
+  /// completed, or if an earlier call failed.
   Status finish(const TakeInfo& info);
 
   const std::string& path() const noexcept { return writer_.path(); }
@@ -80,6 +81,7 @@ class TakeWriter {
   TakeWriter(mcap::Writer writer, TakeInfo info, mcap::WriterSettings settings);
   Status begin(const TakeStart& start);
   Status add_topic(const std::string& topic, std::string_view message_type);
+  TakeInfo last_info(const TakeInfo& end) const;
   Status append_to(std::uint16_t channel, Timestamp at, std::string_view message);
 
   mcap::Writer writer_;
