@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "mocap/v1/node.pb.h"
+#include "model/image_bounds.h"
 #include "wire/codec/camera_blobs.h"
 #include "wire/node_protocol.h"
 #include "wire/zmq_socket.h"
@@ -54,7 +55,7 @@ bool plausible(std::initializer_list<std::int64_t> instants_ns) {
 // Whether the camera of a NodeEcho, or of its list, has an image size that exists.
 template <class Camera>
 bool possible_size(const Camera& camera) {
-  constexpr std::uint32_t kMaxSide_px = 16384;
+  constexpr std::uint32_t kMaxSide_px = kMaxImageSide_px;
   return camera.width_px() <= kMaxSide_px && camera.height_px() <= kMaxSide_px;
 }
 

@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRig{"951.8050", "nan", ":4:30: camera 'M11139': matrix has nan, expected finite numbers"},
         BadRig{"[ 1920.0, 1080.0]", "[1920]",
                ":3:8: camera 'M11139': size is a list of 1, expected a list of 2 numbers"},
-        BadRig{"1920.0", "1920.5", ":3:8: camera 'M11139': size is [1920.5, 1080], expected whole px, 1 to 65536"},
+        BadRig{"1920.0", "1920.5", ":3:8: camera 'M11139': size is [1920.5, 1080], expected whole px, 1 to 16384"},
         BadRig{"1080.0", "0", "camera 'M11139': size is [1920, 0], expected whole px"},
         BadRig{", -0.0010206", "",
                ":5:15: camera 'M11139': distortions is a list of 3, expected a list of 4 or 5 numbers"},

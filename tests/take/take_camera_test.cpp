@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "detect/delivered_blobs.h"
+#include "model/image_bounds.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 
@@ -81,6 +82,20 @@ TEST_F(TakeCameraOfAnExample, NamesTheCamerasThatTheTakeHas) {
   EXPECT_EQ(started.error().code, ErrorCode::NotFound);
   EXPECT_THAT(started.error().message, HasSubstr("camera 'north'"));
   EXPECT_THAT(started.error().message, HasSubstr("camera0, camera1"));
+}
+
+TEST_F(TakeCameraOfAnExample, RefusesAnImageThatNoCameraHas) {
+  TakeStart start = example_start();
+  start.description.cameras[1].width_px = kMaxImageSide_px + 1;
+  const auto large = folder_.path() / "large.mcap";
+  auto writer = TakeWriter::create(large, start);
+  ASSERT_TRUE(writer) << writer.error().message;
+  ASSERT_TRUE((*writer)->finish(start.info));
+
+  const auto started = make_take_camera(CameraId{5}, "camera1", {.file = large})->start();
+
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().message, HasSubstr("camera 'camera1' is 16385 x 1024 px large, expected at most 16384"));
 }
 
 TEST_F(TakeCameraOfAnExample, FailsWithoutItsFileAndBeforeItsStart) {

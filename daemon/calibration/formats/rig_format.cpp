@@ -12,6 +12,7 @@
 #include "base/literal_text.h"
 #include "calibration/formats/format_reader.h"
 #include "geometry/plausible_rig.h"
+#include "model/image_bounds.h"
 
 namespace mocap::calibration {
 namespace {
@@ -25,7 +26,7 @@ constexpr std::array<FormatName, 4> kNames{{{RigFormat::OpenCv, "opencv"},
                                             {RigFormat::Pose2Sim, "pose2sim"},
                                             {RigFormat::Qca, "qca"}}};
 
-constexpr double kMaxSize_px = 65536.0;
+constexpr double kMaxSize_px = kMaxImageSide_px;
 // Largest deviation of R R^T from the identity: other programs write 6 to 17 digits.
 constexpr double kRotationTolerance = 1e-4;
 

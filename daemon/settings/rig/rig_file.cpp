@@ -9,6 +9,7 @@
 
 #include "base/replace_file.h"
 #include "geometry/plausible_rig.h"
+#include "model/image_bounds.h"
 #include "settings/rig/rig_text.h"
 #include "settings/toml/toml_file.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 // Other programs write rotations with 6 to 17 digits. A larger error is no rounding.
 constexpr double kRotationTolerance = 1e-4;
-constexpr double kMaxSize_px = 65536.0;
+constexpr double kMaxSize_px = kMaxImageSide_px;
 
 // The nearest rotation: rounding by other programs must not scale the world.
 Eigen::Matrix3d made_orthonormal(const Eigen::Matrix3d& near_rotation) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "model/image_bounds.h"
 #include "wire/codec/decode.h"
 #include "wire/codec/encode.h"
 #include "wire/codec/encode_numbers.h"
@@ -34,10 +35,10 @@ Status check_conventions(const v1::Description& from) {
 }
 
 Result<CameraModel> decode_camera_model(const v1::Camera& from) {
-  constexpr std::uint32_t kMaxSide_px = 65536;  // far above any camera; keeps the conversion to int valid
+  constexpr std::uint32_t kMaxSide_px = kMaxImageSide_px;
   if (from.width_px() > kMaxSide_px || from.height_px() > kMaxSide_px) {
-    return wrong_description(
-        fmt::format("camera '{}' is {} x {} px large", from.name(), from.width_px(), from.height_px()));
+    return wrong_description(fmt::format("camera '{}' is {} x {} px large, expected at most {} px a side", from.name(),
+                                         from.width_px(), from.height_px(), kMaxSide_px));
   }
   CameraModel into;
   into.name = from.name();
