@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "settings/rig/rig_file.h"
+#include "support/failing_folder.h"
 #include "support/temporary_folder.h"
 
 namespace mocap::settings {
@@ -66,6 +67,19 @@ TEST(KeptRigs, RefusesAnUnknownNameAndAFileWithFaults) {
     EXPECT_EQ(restore_rig(places, rig.name).error().code, ErrorCode::InvalidArgument);
   }
   EXPECT_EQ(text_of(places.in_force), before);
+}
+
+TEST(KeptRigs, AreThoseBeforeAFailureOfTheDisk) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path()};
+  for (int i = 0; i < 5; ++i) std::ofstream(folder.path() / ("rig" + std::to_string(i) + ".toml")) << "# by hand\n";
+  ASSERT_EQ(list_rigs(places).size(), 5U);
+
+  const support::FailingFolder failing;
+  std::size_t kept = 5;
+  EXPECT_NO_THROW(kept = list_rigs(places).size());
+
+  EXPECT_EQ(kept, 1U);
 }
 
 TEST(KeptRigs, AreInTheStateFolderIfThereIsOne) {

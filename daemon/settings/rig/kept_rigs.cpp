@@ -30,9 +30,10 @@ Result<std::optional<std::string>> bytes_of(const std::filesystem::path& path) {
 
 std::vector<std::filesystem::path> kept_files(const RigPlaces& places) {
   std::vector<std::filesystem::path> files;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(places.kept, ignored)) {
-    if (entry.path().extension() == kSuffix) files.push_back(entry.path());
+  std::error_code failed;  // a missing folder has no rigs
+  for (auto entry = std::filesystem::directory_iterator(places.kept, failed);
+       !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
+    if (entry->path().extension() == kSuffix) files.push_back(entry->path());
   }
   std::ranges::sort(files, std::greater<>{}, [](const auto& file) { return file.stem().string(); });
   return files;

@@ -100,9 +100,10 @@ std::vector<std::filesystem::path> takes_in(std::vector<std::filesystem::path> p
       takes.push_back(place);
       continue;
     }
-    for (const auto& entry : std::filesystem::directory_iterator(place, error)) {
-      const bool is_hidden = entry.path().filename().string().starts_with('.');  // a take that is not whole yet
-      if (entry.path().extension() == ".mcap" && !is_hidden) takes.push_back(entry.path());
+    for (auto entry = std::filesystem::directory_iterator(place, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+      const bool is_hidden = entry->path().filename().string().starts_with('.');  // a take that is not whole yet
+      if (entry->path().extension() == ".mcap" && !is_hidden) takes.push_back(entry->path());
     }
   }
   std::sort(takes.begin(), takes.end());
