@@ -4,9 +4,25 @@
 
 #include "support/failing_folder.h"
 #include "support/temporary_folder.h"
+#include "take/example_take.h"
 
 namespace mocap::takes {
 namespace take_report_test {
+
+TEST(QualityOf, ATakeWithDeepFiguresIsMeasured) {
+  const support::TemporaryFolder folder;
+  take::TakeStart start = take::example_start();
+  start.info.others["quality_figures"] = R"({"a":)" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}";
+  auto writer = take::TakeWriter::create(folder.path() / "walk.mcap", start);
+  ASSERT_TRUE(writer) << writer.error().message;
+  ASSERT_TRUE((*writer)->finish(start.info));
+  const auto reader = take::TakeReader::open(folder.path() / "walk.mcap");
+  ASSERT_TRUE(reader) << reader.error().message;
+
+  const std::string text = quality_of(*reader).dump();
+
+  EXPECT_NE(text.find("sets"), std::string::npos);
+}
 
 TEST(TakesIn, AreThoseBeforeAFailureOfTheDisk) {
   const support::TemporaryFolder folder;

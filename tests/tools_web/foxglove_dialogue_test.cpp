@@ -93,6 +93,17 @@ TEST_F(FoxgloveDialogueTest, BeginsWithTheServerAndItsChannels) {
   EXPECT_THAT(topics, testing::UnorderedElementsAre("/tf", "/scene", "/tf/cameras", "/preview/north"));
 }
 
+TEST_F(FoxgloveDialogueTest, RefusesDeepNestingWithoutRecursion) {
+  constexpr int kDepth = 1'000'000;
+  texts();
+
+  dialogue_->take(R"({"op":"subscribe","subscriptions":)" + std::string(kDepth, '[') + std::string(kDepth, ']') + "}",
+                  true);
+
+  EXPECT_EQ(refused_, 1);
+  EXPECT_THAT(texts().at(0)["message"].get<std::string>(), HasSubstr("expected the operation"));
+}
+
 TEST_F(FoxgloveDialogueTest, SendsASubscribedChannelWithIdAndTime) {
   subscribe(258, "/scene");
   feed_snapshot(0x0102030405060708);

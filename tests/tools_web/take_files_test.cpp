@@ -112,6 +112,19 @@ TEST(TakeFiles, ChangesATake) {
   EXPECT_FALSE(std::filesystem::exists(renamed));
 }
 
+TEST(TakeFiles, RefusesAChangeWithDeepNestingWithoutRecursion) {
+  constexpr int kDepth = 1'000'000;
+  const support::TemporaryFolder folder;
+  const auto file = folder.path() / "walk.mcap";
+  take::record_example(file, 3);
+
+  const auto changed =
+      change_take(file, "edit", R"({"notes":)" + std::string(kDepth, '[') + std::string(kDepth, ']') + "}");
+
+  ASSERT_FALSE(changed);
+  EXPECT_THAT(changed.error().message, HasSubstr("at most 32 nested brackets"));
+}
+
 TEST(TakeFiles, NamesTheFaultOfAChange) {
   const support::TemporaryFolder folder;
   const auto file = folder.path() / "walk.mcap";

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "lib/json_depth.h"
 #include "take/mcap/input_file.h"
 #include "take/take_edit.h"
 #include "take/take_quality.h"
@@ -34,7 +35,7 @@ const char* state_of(const take::TakeReader& reader) {
 
 ordered_json quality_of(const take::TakeReader& reader) {
   const auto known = reader.info().others.find(kFigures);
-  if (known != reader.info().others.end()) {
+  if (known != reader.info().others.end() && !is_deep(known->second)) {
     if (ordered_json json = ordered_json::parse(known->second, nullptr, false); json.is_object()) return json;
   }
   take::TakeMeter meter;

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "lib/json_depth.h"
 #include "web/feed/topics.h"
 
 namespace mocap::web {
@@ -47,18 +48,6 @@ Result<PageMessage> read_request(const json& request) {
   return PageMessage(std::move(message));
 }
 
-// The JSON library recurses into nested values. Brackets within strings count too, which no real message has.
-bool is_deep(std::string_view text) {
-  constexpr int kMaxDepth = 32;
-  int depth = 0;
-  for (const char c : text) {
-    if (c == '[' || c == '{') ++depth;
-    if (c == ']' || c == '}') --depth;
-    if (depth > kMaxDepth) return true;
-  }
-  return false;
-}
-
 // JSON text of a string, with invalid UTF-8 replaced.
 std::string quoted(std::string_view text) {
   return json(std::string(text)).dump(-1, ' ', false, json::error_handler_t::replace);
@@ -67,7 +56,7 @@ std::string quoted(std::string_view text) {
 }  // namespace
 
 Result<PageMessage> read_page_message(std::string_view text) {
-  if (is_deep(text)) return invalid("expected at most 32 nested brackets");
+  if (is_deep(text)) return invalid(fmt::format("expected at most {} nested brackets", kMaxJsonDepth));
   const json message = json::parse(text, nullptr, false);
   if (!message.is_object() || message.size() != 1) {
     return invalid("expected a JSON object with one of subscribe, drawn, request");

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "lib/json_depth.h"
 #include "web/feed/topics.h"
 #include "web/foxglove/foxglove_messages.h"
 
@@ -77,7 +78,7 @@ FoxgloveDialogue::~FoxgloveDialogue() {
 }
 
 void FoxgloveDialogue::take(const std::string& message, bool is_text) {
-  const json said = is_text ? json::parse(message, nullptr, false) : json();
+  const json said = is_text && !is_deep(message) ? json::parse(message, nullptr, false) : json();
   const std::string op = said.is_object() ? said.value("op", json()).dump() : "";
   if (op == "\"subscribe\"") {
     for (const json& each : list_in(said, "subscriptions")) {

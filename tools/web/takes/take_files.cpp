@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "lib/json_depth.h"
 #include "lib/takes/take_report.h"
 #include "take/take_edit.h"
 #include "take/take_reader.h"
@@ -196,6 +197,7 @@ Result<ordered_json> verify_take(const fs::path& file) {
 bool is_take_change(std::string_view verb) { return std::ranges::find(kTakeChanges, verb) != kTakeChanges.end(); }
 
 Result<std::string> change_take(const fs::path& file, std::string_view verb, const std::string& params) {
+  if (is_deep(params)) return wrong_take(fmt::format("expected at most {} nested brackets", kMaxJsonDepth));
   const nlohmann::json json = nlohmann::json::parse(params.empty() ? "{}" : params, nullptr, false);
   if (!json.is_object()) return wrong_take("expected an object of JSON");
   if (const Status free = refuse_recording(file); !free) return free.error();
