@@ -3,6 +3,7 @@
 #include <string>
 
 #include "web/feed/topics.h"
+#include "web/http/shared.h"
 #include "web/token_bucket.h"
 
 namespace mocap::web {
@@ -28,6 +29,17 @@ TEST(TokenBucket, SavesNoMoreThanABurst) {
   EXPECT_TRUE(bucket.take(later));
   EXPECT_TRUE(bucket.take(later));
   EXPECT_FALSE(bucket.take(later));
+}
+
+TEST(Connections, KeepNoAddressThatWasRefused) {
+  Connections connections;
+  for (std::size_t i = 0; i < kMaxConnections; ++i) {
+    ASSERT_TRUE(connections.add("10.0.0." + std::to_string(i % 2)));
+  }
+
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(connections.add("10.0.1." + std::to_string(i)));
+
+  EXPECT_EQ(connections.addresses(), 2U);
 }
 
 TEST(Topics, AreThoseOfTheFeed) {

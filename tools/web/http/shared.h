@@ -22,16 +22,19 @@ class Connections {
  public:
   /// Returns whether one more connection of `address` is permitted, and counts it then.
   bool add(const std::string& address) {
-    std::size_t& count = by_address_[address];
+    const auto found = by_address_.find(address);  // a refused address leaves no entry
+    const std::size_t count = found == by_address_.end() ? 0 : found->second;
     if (total_ >= kMaxConnections || count >= kMaxConnectionsOfOne) return false;
     ++total_;
-    ++count;
+    ++by_address_[address];
     return true;
   }
   void remove(const std::string& address) {
     --total_;
     if (--by_address_[address] == 0) by_address_.erase(address);
   }
+  /// Number of addresses in memory: those with an open connection.
+  std::size_t addresses() const noexcept { return by_address_.size(); }
 
  private:
   std::size_t total_ = 0;
