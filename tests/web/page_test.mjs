@@ -401,8 +401,10 @@ test("A wand calibration goes from the first image to a rig in force, and back t
   await wand.getByLabel("Lenses").selectOption("unknown");
   await wand.getByLabel(/field of view/).fill("70");
   for (const rigs of [1, 2]) {
+    standIn.calibration.waved = false;
     await wand.getByRole("button", { name: "Start waving" }).click();
     await wand.getByText(/wave in the common view of cam1/).waitFor();
+    standIn.calibration.waved = true;
     await wand.getByText("Enough samples: solve, or go on waving.").waitFor();
     await wand.getByRole("img", { name: "100 % of the image of camera cam1 has seen the wand" }).waitFor();
     await wand.getByRole("button", { name: "Solve" }).click();

@@ -7,6 +7,8 @@ export class SimulatedCalibration {
     this.cameras = cameras;
     this.state = "IDLE";
     this.samples = 0;
+    /** Whether somebody waves the wand: otherwise the last samples do not come. */
+    this.waved = true;
     this.floor = false;
     this.rigs = [];
   }
@@ -16,7 +18,7 @@ export class SimulatedCalibration {
   /** The members of an answer to a CalibrationRequest, in Protobuf's JSON. */
   answer({ action, name }) {
     if (action === "ACTION_LIST") return { rigs: { rigs: this.rigs } };
-    if (action === "ACTION_STATUS" && this.state === "COLLECTING") this.samples = Math.min(kNeeded, this.samples + kSamplesPerLook);
+    if (action === "ACTION_STATUS" && this.state === "COLLECTING") this.samples = Math.min(this.waved ? kNeeded : kNeeded - kSamplesPerLook, this.samples + kSamplesPerLook);
     if (action === "ACTION_STATUS" && this.floor && this.state === "COLLECTING") this.state = "SOLVED";
     if (action === "ACTION_WAND" || action === "ACTION_FLOOR") Object.assign(this, { state: "COLLECTING", samples: 0, floor: action === "ACTION_FLOOR" });
     if (action === "ACTION_SOLVE") this.state = "SOLVED";
