@@ -4,7 +4,6 @@
 #include <atomic>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -166,7 +165,7 @@ class OneRequest : public ControlServer {
 
   std::optional<ControlRequest> next(Duration patience) override {
     if (asked_.sets > 0) {
-      std::this_thread::sleep_for(patience);
+      request_.wait(request_.ticket(), patience);
       return std::nullopt;
     }
     asked_.sets = 1;
@@ -180,6 +179,7 @@ class OneRequest : public ControlServer {
  private:
   Received& asked_;
   std::atomic<bool>& done_;
+  WakeSignal request_;  // another one, which never comes
 };
 
 // It names cameras by their numbers before the change.
