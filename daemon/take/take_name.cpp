@@ -8,6 +8,8 @@
 #include <ctime>
 #include <string_view>
 
+#include "base/list_folder.h"
+
 namespace mocap::take {
 namespace {
 
@@ -72,12 +74,8 @@ TakeName next_name(const std::filesystem::path& folder, const std::string& patte
   const std::string prefix = replaced(name.substr(0, at), "{slate}", slate);
   const std::string suffix = replaced(name.substr(at + kNumber.size()), "{slate}", slate);
   std::uint32_t largest = 0;
-  std::error_code none;  // a missing folder has no takes
-  for (auto entry = std::filesystem::directory_iterator(folder, none);
-       !none && entry != std::filesystem::directory_iterator(); entry.increment(none)) {
-    if (entry->path().extension() == ".mcap") {
-      largest = std::max(largest, number_of(entry->path().stem().string(), prefix, suffix));
-    }
+  for (const std::filesystem::path& file : list_folder(folder).paths) {  // a missing folder has no takes
+    if (file.extension() == ".mcap") largest = std::max(largest, number_of(file.stem().string(), prefix, suffix));
   }
   return {fmt::format("{}{:03}{}", prefix, largest + 1, suffix), largest + 1};
 }

@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "base/exit_codes.h"
+#include "base/list_folder.h"
 #include "base/time.h"
 #include "calibrate/lens_report.h"
 #include "calibrate/run_cameras.h"
@@ -142,10 +143,9 @@ Result<std::vector<LensCommand::CameraViews>> LensCommand::read_folders(const ca
   std::vector<std::string> names = cameras_;
   std::error_code failed;
   if (names.empty()) {
-    for (const auto& entry : std::filesystem::directory_iterator(images_, failed)) {
-      if (entry.is_directory(failed)) names.push_back(entry.path().filename().string());
+    for (const auto& folder : list_folder(images_).paths) {
+      if (std::filesystem::is_directory(folder, failed)) names.push_back(folder.filename().string());
     }
-    std::ranges::sort(names);
   }
   if (names.empty())
     names.push_back(images_.filename().empty() ? images_.parent_path().filename().string()

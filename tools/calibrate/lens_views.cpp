@@ -10,6 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
+#include "base/list_folder.h"
+
 namespace mocap::calibrate {
 namespace {
 
@@ -113,10 +115,9 @@ Result<std::vector<std::filesystem::path>> images_of(const std::filesystem::path
   const auto own = folder / camera;
   const auto& place = !camera.empty() && std::filesystem::is_directory(own, failed) ? own : folder;
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(place, failed)) {
-    if (entry.is_regular_file(failed) && is_image_file(entry.path())) files.push_back(entry.path());
+  for (const auto& file : list_folder(place).paths) {
+    if (std::filesystem::is_regular_file(file, failed) && is_image_file(file)) files.push_back(file);
   }
-  std::ranges::sort(files);
   if (files.empty()) {
     return Error{
         ErrorCode::NotFound,

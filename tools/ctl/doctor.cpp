@@ -12,6 +12,8 @@
 #include <fstream>
 #include <optional>
 
+#include "base/list_folder.h"
+
 namespace mocap::ctl {
 namespace {
 
@@ -79,10 +81,9 @@ class Examination {
   void links() {
     std::error_code missing;
     std::vector<fs::path> cards;
-    for (const auto& entry : fs::directory_iterator(root_ / "sys/class/net", missing)) {
-      if (fs::exists(entry.path() / "device", missing)) cards.push_back(entry.path());
+    for (const fs::path& card : list_folder(root_ / "sys/class/net").paths) {
+      if (fs::exists(card / "device", missing)) cards.push_back(card);
     }
-    std::sort(cards.begin(), cards.end());
     if (cards.empty()) {
       found_.push_back({"network card", Verdict::Warning, "none; only simulated GigE cameras on this machine", {}});
     }
@@ -137,14 +138,13 @@ class Examination {
   }
 
   void video() {
-    std::error_code missing;
     std::vector<std::string> shut;
     std::size_t nodes = 0;
-    for (const auto& entry : fs::directory_iterator(root_ / "dev", missing)) {
-      const std::string name = entry.path().filename().string();
+    for (const fs::path& device : list_folder(root_ / "dev").paths) {
+      const std::string name = device.filename().string();
       if (!name.starts_with("video") || name.size() == 5) continue;
       ++nodes;
-      if (access(entry.path().c_str(), R_OK | W_OK) != 0) shut.push_back(name);
+      if (access(device.c_str(), R_OK | W_OK) != 0) shut.push_back(name);
     }
     if (!shut.empty()) {
       return found_.push_back({"video devices", Verdict::Bad,
@@ -200,11 +200,8 @@ class Examination {
   }
 
   bool runs(const std::string& program) const {
-    std::error_code missing;
-    for (const auto& entry : fs::directory_iterator(root_ / "proc", missing)) {
-      if (line_of(entry.path() / "comm") == program) return true;
-    }
-    return false;
+    const std::vector<fs::path> processes = list_folder(root_ / "proc").paths;
+    return std::ranges::any_of(processes, [&](const fs::path& each) { return line_of(each / "comm") == program; });
   }
 
   void processor() {

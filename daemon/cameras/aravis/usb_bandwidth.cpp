@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "base/list_folder.h"
 #include "cameras/aravis/aravis_settings.h"
 #include "cameras/v4l2/v4l2_discovery.h"
 #include "cameras/v4l2/v4l2_settings.h"
@@ -30,12 +31,11 @@ bool is_root_hub(const std::string& name) { return name.starts_with("usb"); }
 // The folder of an interface is in that of its device and is named 2-1:1.0. USB3 Vision has class ef, subclass 05; UVC
 // has class 0e.
 void find_interfaces(UsbDevice& device) {
-  std::error_code missing;
   const std::string begin = device.folder.filename().string() + ":";
-  for (const auto& entry : fs::directory_iterator(device.folder, missing)) {
-    if (!entry.path().filename().string().starts_with(begin)) continue;
-    const std::string kind = text_in(entry.path() / "bInterfaceClass");
-    if (kind == "ef" && text_in(entry.path() / "bInterfaceSubClass") == "05") device.usb3_vision = true;
+  for (const fs::path& interface : list_folder(device.folder).paths) {
+    if (!interface.filename().string().starts_with(begin)) continue;
+    const std::string kind = text_in(interface / "bInterfaceClass");
+    if (kind == "ef" && text_in(interface / "bInterfaceSubClass") == "05") device.usb3_vision = true;
     if (kind == "0e") device.uvc = true;
   }
 }
@@ -134,13 +134,12 @@ void add_to_links(std::map<fs::path, Link>& links, const UsbDevice& device, cons
 
 std::vector<UsbDevice> list_usb_devices(const fs::path& sys) {
   std::vector<UsbDevice> devices;
-  std::error_code missing;
-  for (const auto& entry : fs::directory_iterator(sys / "bus/usb/devices", missing)) {
-    const std::string name = entry.path().filename().string();
+  for (const fs::path& folder : list_folder(sys / "bus/usb/devices").paths) {
+    const std::string name = folder.filename().string();
     if (is_root_hub(name) || name.find(':') != std::string::npos) continue;
     std::error_code gone;
     UsbDevice device;
-    device.folder = fs::canonical(entry.path(), gone);
+    device.folder = fs::canonical(folder, gone);
     if (gone) continue;  // unplugged since the listing
     device.manufacturer = text_in(device.folder / "manufacturer");
     device.product = text_in(device.folder / "product");

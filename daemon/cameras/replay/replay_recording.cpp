@@ -10,6 +10,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/list_folder.h"
+
 namespace mocap::cameras {
 namespace {
 
@@ -43,11 +45,13 @@ struct Contents {
 };
 
 // Ignores files that are neither numbered images nor videos.
-Contents contents_of(const fs::path& folder) {
+Result<Contents> contents_of(const fs::path& folder) {
+  const FolderContents all = list_folder(folder);
+  if (all.error) {
+    return Error{ErrorCode::Io, fmt::format("{} cannot be read: {}", folder.string(), all.error.message())};
+  }
   Contents contents;
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    const fs::path& file = entry.path();
+  for (const fs::path& file : all.paths) {
     if (is_one_of(file, kVideos)) contents.videos.push_back(file);
     if (!is_one_of(file, kImages)) continue;
     if (const auto number = number_in<std::uint64_t>(file.stem().string())) contents.images.emplace(*number, file);
@@ -117,7 +121,9 @@ Result<Recording> find_recording(const fs::path& folder, const std::string& came
     return Error{ErrorCode::NotFound,
                  fmt::format("no folder {} (nor {})", folder.string(), (folder / camera).string())};
   }
-  const Contents contents = contents_of(own);
+  const Result<Contents> read = contents_of(own);
+  if (!read) return read.error();
+  const Contents& contents = *read;
   if (!contents.any()) {
     return Error{ErrorCode::NotFound, fmt::format("{} holds no numbered .pgm or .png and no video", own.string())};
   }
@@ -129,9 +135,9 @@ Result<Recording> find_recording(const fs::path& folder, const std::string& came
   const fs::path times_file = own / "timestamps.csv";
   std::optional<RecordedTimes> times;
   if (fs::exists(times_file, ignored)) {
-    Result<RecordedTimes> read = read_recorded_times(times_file);
-    if (!read) return read.error();
-    times = *std::move(read);
+    Result<RecordedTimes> given = read_recorded_times(times_file);
+    if (!given) return given.error();
+    times = *std::move(given);
   }
   Recording recording;
   if (contents.images.empty()) {

@@ -11,6 +11,8 @@
 #include <fstream>
 #include <optional>
 
+#include "base/list_folder.h"
+
 namespace mocap::cameras {
 namespace {
 
@@ -67,9 +69,8 @@ std::string listed(const std::vector<VideoNode>& nodes) {
 
 std::vector<VideoNode> list_video_nodes() {
   std::vector<std::string> names;
-  std::error_code missing;
-  for (const auto& entry : fs::directory_iterator("/sys/class/video4linux", missing)) {
-    const std::string name = entry.path().filename().string();
+  for (const fs::path& device : list_folder("/sys/class/video4linux").paths) {
+    const std::string name = device.filename().string();
     if (name.starts_with("video")) names.push_back(name);
   }
   std::sort(names.begin(), names.end(), [](const auto& a, const auto& b) { return number_of(a) < number_of(b); });

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 
+#include "base/list_folder.h"
 #include "base/read_file.h"
 #include "base/replace_file.h"
 #include "settings/rig/rig_file.h"
@@ -30,10 +31,8 @@ Result<std::optional<std::string>> bytes_of(const std::filesystem::path& path) {
 
 std::vector<std::filesystem::path> kept_files(const RigPlaces& places) {
   std::vector<std::filesystem::path> files;
-  std::error_code failed;  // a missing folder has no rigs
-  for (auto entry = std::filesystem::directory_iterator(places.kept, failed);
-       !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
-    if (entry->path().extension() == kSuffix) files.push_back(entry->path());
+  for (const std::filesystem::path& file : list_folder(places.kept).paths) {  // a missing folder has no rigs
+    if (file.extension() == kSuffix) files.push_back(file);
   }
   std::ranges::sort(files, std::greater<>{}, [](const auto& file) { return file.stem().string(); });
   return files;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <system_error>
 
+#include "base/list_folder.h"
 #include "base/replace_file.h"
 
 namespace mocap::farm {
@@ -27,10 +28,9 @@ std::string state_of(const fs::path& path) {
                        file.st_mtim.tv_nsec);
   }
   std::vector<std::string> states;
-  for (const auto& entry : fs::directory_iterator(path, error)) {
-    if (entry.is_regular_file(error)) states.push_back(state_of(entry.path()));
+  for (const fs::path& file : list_folder(path).paths) {
+    if (fs::is_regular_file(file, error)) states.push_back(state_of(file));
   }
-  std::ranges::sort(states);
   return fmt::format("{}", fmt::join(states, "; "));
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/list_folder.h"
 #include "lib/json_depth.h"
 #include "take/mcap/input_file.h"
 #include "take/take_edit.h"
@@ -101,10 +102,9 @@ std::vector<std::filesystem::path> takes_in(std::vector<std::filesystem::path> p
       takes.push_back(place);
       continue;
     }
-    for (auto entry = std::filesystem::directory_iterator(place, error);
-         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-      const bool is_hidden = entry->path().filename().string().starts_with('.');  // a take that is not whole yet
-      if (entry->path().extension() == ".mcap" && !is_hidden) takes.push_back(entry->path());
+    for (const std::filesystem::path& file : list_folder(place).paths) {
+      const bool is_hidden = file.filename().string().starts_with('.');  // a take that is not whole yet
+      if (file.extension() == ".mcap" && !is_hidden) takes.push_back(file);
     }
   }
   std::sort(takes.begin(), takes.end());

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/list_folder.h"
 #include "lib/json_depth.h"
 #include "lib/takes/take_report.h"
 #include "take/take_edit.h"
@@ -155,18 +156,18 @@ Result<fs::path> take_file(const fs::path& folder, const std::string& name) {
 }
 
 Result<ordered_json> list_takes(const fs::path& folder) {
-  std::error_code error;
-  std::vector<DatedFile> files;
-  for (fs::directory_iterator at(folder, error); !error && at != fs::directory_iterator(); at.increment(error)) {
-    std::error_code gone;
-    const bool is_hidden = at->path().filename().string().starts_with('.');  // `take_file` does not find it
-    if (at->path().extension() == ".mcap" && !is_hidden && at->symlink_status(gone).type() == fs::file_type::regular)
-      files.push_back({at->path(), at->last_write_time(gone)});
-  }
-  if (error) {
+  const FolderContents contents = list_folder(folder);
+  if (const std::error_code error = contents.error) {
     return Error{error == std::errc::no_such_file_or_directory ? ErrorCode::NotFound : ErrorCode::Io,
                  fmt::format("the folder of the takes {} cannot be read: {}; see --takes of mocap-web --help",
                              folder.string(), error.message())};
+  }
+  std::vector<DatedFile> files;
+  for (const fs::path& file : contents.paths) {
+    std::error_code gone;
+    const bool is_hidden = file.filename().string().starts_with('.');  // `take_file` does not find it
+    if (file.extension() == ".mcap" && !is_hidden && fs::symlink_status(file, gone).type() == fs::file_type::regular)
+      files.push_back({file, fs::last_write_time(file, gone)});
   }
   std::ranges::sort(files, [](const DatedFile& a, const DatedFile& b) {
     return a.written != b.written ? a.written > b.written : a.path > b.path;
