@@ -9,6 +9,8 @@
 #include <string>
 #include <system_error>
 
+#include "base/sync_folder.h"
+
 namespace mocap {
 namespace {
 
@@ -53,12 +55,7 @@ Status replace_file(const std::filesystem::path& path, std::string_view text) {
     ::unlink(temporary.c_str());
     return status;
   }
-  // Flushes the new name, too. Not every file system supports it; the text is complete in any case.
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  if (const int opened = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); opened >= 0) {
-    static_cast<void>(::fsync(opened));
-    ::close(opened);
-  }
+  sync_folder_of(path);
   return {};
 }
 

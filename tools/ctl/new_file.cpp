@@ -10,6 +10,8 @@
 #include <cstring>
 #include <utility>
 
+#include "base/sync_folder.h"
+
 namespace mocap::ctl {
 namespace {
 
@@ -78,6 +80,7 @@ Status NewFile::finish() {
     }
   }
   ::close(std::exchange(file_, -1));
+  sync_folder_of(path_);
   return {};
 }
 

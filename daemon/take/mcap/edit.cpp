@@ -11,6 +11,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/sync_folder.h"
 #include "take/mcap/crc.h"
 #include "take/mcap/encode_records.h"
 #include "take/mcap/reader.h"
@@ -74,15 +75,6 @@ class LockedFile {
   std::string path_;
   int file_;
 };
-
-// Flushes the names in the folder of `path` to the disk.
-void sync_folder(const std::filesystem::path& path) {
-  const std::filesystem::path parent = path.parent_path().empty() ? "." : path.parent_path();
-  const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;
-  (void)::fsync(folder);
-  ::close(folder);
-}
 
 struct DataSectionEnd {
   std::uint64_t bytes = 0;
@@ -283,7 +275,7 @@ Result<Repair> repair_file(const std::filesystem::path& path) {
     ::unlink(beside.c_str());
     return failed;
   }
-  sync_folder(path);
+  sync_folder_of(path);
   Repair repair{scanned->summary.statistics.messages, 0, scanned->damages};
   if (!scanned->has_end) repair.lost_bytes = reader->file().size() - scanned->data_bytes;
   for (const Damage& damage : scanned->damages) repair.lost_bytes += damage.bytes;

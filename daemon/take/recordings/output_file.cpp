@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "base/log.h"
+#include "base/sync_folder.h"
 
 namespace mocap::take {
 namespace {
@@ -61,6 +62,7 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
     file = open_new(name);
   }
   if (file < 0) return cannot_open(name);
+  sync_folder_of(name);
   (void)::flock(file, LOCK_EX | LOCK_NB);  // a pipe or a device may refuse
   const std::string why = name == path ? "" : fmt::format(", because '{}' exists", path.string());
   log_info("record", fmt::format("writes to '{}'{}", name.string(), why));
