@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/time.h"
 #include "model/audit.h"
 #include "model/calibration/calibration_order.h"
 #include "model/calibration/calibration_report.h"
@@ -47,15 +49,24 @@ constexpr bool only_looks(ControlAction action) {
          action == ControlAction::GetCalibration || action == ControlAction::GetMasks;
 }
 
+/// Number of images of each camera from which a mask is learnt, if a request does not say it.
+inline constexpr std::uint32_t kDefaultMaskImages = 100;
+
+/// The longest time that cameras have to deliver the images of a LearnMask request: 10 images a second.
+constexpr Duration longest_learning(std::uint32_t images) {
+  return std::chrono::seconds(10) + (images == 0 ? kDefaultMaskImages : images) * std::chrono::milliseconds(100);
+}
+
 /// A request of an operator to the running daemon.
 struct ControlRequest {
+  std::uint64_t number = 0;  ///< names the request in its answer; set by the ControlServer
   ControlAction action = ControlAction::GetStatus;
   std::string name;        ///< name of the subject or camera; empty: all cameras
   std::string marker_set;  ///< AddSubject: absolute path of a new subject's marker set; empty: a configured subject
   std::string marker_set_text;  ///< AddSubject: content of a new subject's marker set file, instead of `marker_set`
   std::optional<double> exposure_us;
   std::optional<double> gain_db;
-  std::uint32_t images = 0;                       ///< number of images per camera from which a mask is learned
+  std::uint32_t images = 0;                       ///< LearnMask: number of images of each camera; 0: kDefaultMaskImages
   std::vector<MaskPolygon> polygons;              ///< DrawMasks
   std::vector<Eigen::Vector3d> rest_offsets_m;    ///< FitSubject: by bone
   std::vector<Eigen::Vector3d> marker_offsets_m;  ///< FitSubject: by marker

@@ -7,8 +7,13 @@
 #include <zmq.h>
 
 #include <charconv>
+#include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "base/expects.h"
 #include "base/log.h"
 #include "wire/codec/control_codec.h"
 #include "wire/listener.h"
@@ -44,11 +49,18 @@ std::string control_beside(const std::string& feed_endpoint) {
 }
 
 struct ZmqControl::Impl {
+  // To whom and how an answer is sent.
+  struct Address {
+    std::vector<std::string> route;  // frames before the request: routing id, and the delimiter of a REQ client
+    std::uint64_t id = 0;            // the client's number of the request
+    Role role = Role::Viewer;
+  };
+
   Listener listener{kWho};
   Role role_without_keys = Role::Operator;
-  std::vector<std::string> route;  // frames before the request: routing id, and the delimiter of a REQ client
-  std::uint64_t id = 0;
-  Role role = Role::Viewer;
+  Address last;                           // of the message that was received last
+  std::map<std::uint64_t, Address> open;  // by the number of a request that is not answered yet
+  std::uint64_t requests = 0;
   AuditTrail* audit = nullptr;
   AuditActor sender;
   v1::Request request;
@@ -60,8 +72,8 @@ struct ZmqControl::Impl {
     zmq_poll(items, items[1].socket == nullptr ? 1 : 2, whole_ms(patience));
   }
 
-  // Receives the next message: its last frame into `bytes`, the frames before into `route`. Malformed: the number of
-  // frames is wrong.
+  // Receives the next message: its last frame into `bytes`, the frames before into `last.route`. Malformed: the number
+  // of frames is wrong.
   enum class Received { Nothing, Malformed, Request };
   Received receive() {
     ZmqMessage part;
@@ -69,16 +81,16 @@ struct ZmqControl::Impl {
       listener.heard_all();
       return Received::Nothing;
     }
-    route.clear();
+    last.route.clear();
     bytes.clear();
     std::size_t frames = 1;
-    route.emplace_back(part.bytes());
+    last.route.emplace_back(part.bytes());
     while (part.has_more()) {
       if (!part.receive(listener.socket())) return Received::Malformed;
       if (++frames > kMostFrames) continue;
       note_sender(part);
       if (part.has_more()) {
-        route.emplace_back(part.bytes());
+        last.route.emplace_back(part.bytes());
       } else {
         bytes = part.bytes();
       }
@@ -88,17 +100,17 @@ struct ZmqControl::Impl {
 
   void note_sender(const ZmqMessage& part) {
     const Gatekeeper* keeper = listener.gatekeeper();
-    role = keeper == nullptr ? role_without_keys : keeper->role_of(part.user()).value_or(Role::Viewer);
+    last.role = keeper == nullptr ? role_without_keys : keeper->role_of(part.user()).value_or(Role::Viewer);
     if (!listener.gone().contains(part.connection())) listener.note_user(part.connection(), part.user());
     sender = listener.actor_of(part.connection(), part.user());
-    sender.role = name_of(role);
+    sender.role = name_of(last.role);
   }
 
-  void send(v1::Answer& answer) {
-    answer.set_id(id);
-    if (answer.has_status()) answer.mutable_status()->set_role(name_of(role));
+  void send(const Address& to, v1::Answer& answer) {
+    answer.set_id(to.id);
+    if (answer.has_status()) answer.mutable_status()->set_role(name_of(to.role));
     listener.socket().catch_up();
-    for (const std::string& frame : route) {
+    for (const std::string& frame : to.route) {
       if (zmq_send(listener.socket().get(), frame.data(), frame.size(), ZMQ_DONTWAIT | ZMQ_SNDMORE) < 0) return;
     }
     const std::string out = answer.SerializeAsString();
@@ -114,30 +126,32 @@ struct ZmqControl::Impl {
     v1::Answer answer;
     answer.set_code(code);
     answer.set_message(why);
-    send(answer);
+    send(last, answer);
   }
 
   // Decodes the received request. Answers a malformed or forbidden request itself and returns nothing.
   std::optional<ControlRequest> read() {
-    id = 0;
+    last.id = 0;
     request.Clear();
     sender.states.clear();
     if (!request.ParseFromString(bytes)) {
       refuse(v1::CODE_INVALID, "not a request of mocap.v1 in Protobuf");
       return std::nullopt;
     }
-    id = request.id();
+    last.id = request.id();
     sender.states = request.asked_by().substr(0, kLongestStated);
     Result<ControlRequest> wanted = decode(request);
     if (!wanted) {
       refuse(v1::CODE_INVALID, wanted.error().message);
       return std::nullopt;
     }
-    if (role == Role::Viewer && !only_looks(wanted->action)) {
+    if (last.role == Role::Viewer && !only_looks(wanted->action)) {
       refuse(v1::CODE_FORBIDDEN, "this needs the role operator; mocapctl keys allow --role operator gives it to a key");
       return std::nullopt;
     }
     wanted->by = sender;
+    wanted->number = ++requests;
+    open.emplace(wanted->number, last);
     return *std::move(wanted);
   }
 };
@@ -181,9 +195,11 @@ std::optional<ControlRequest> ZmqControl::next(Duration patience) {
   }
 }
 
-void ZmqControl::answer(const ControlAnswer& answer) {
+void ZmqControl::answer(std::uint64_t request, const ControlAnswer& answer) {
+  const auto asked = impl_->open.extract(request);
+  MOCAP_EXPECTS(!asked.empty());
   v1::Answer out = encode(answer);
-  impl_->send(out);
+  impl_->send(asked.mapped(), out);
 }
 
 ControlClient::ControlClient(std::unique_ptr<RequestSocket> socket) : socket_(std::move(socket)) {}

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,7 +28,7 @@ class ZmqControl final : public ControlServer {
   ~ZmqControl() override;
 
   std::optional<ControlRequest> next(Duration patience) override;
-  void answer(const ControlAnswer& answer) override;
+  void answer(std::uint64_t request, const ControlAnswer& answer) override;
 
   const std::string& endpoint() const;
 

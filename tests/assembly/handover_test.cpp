@@ -174,7 +174,7 @@ class OneRequest : public ControlServer {
     request.action = ControlAction::Reload;
     return request;
   }
-  void answer(const ControlAnswer& answer) override { done_ = answer.code == ControlCode::Done; }
+  void answer(std::uint64_t, const ControlAnswer& answer) override { done_ = answer.code == ControlCode::Done; }
 
  private:
   Received& asked_;

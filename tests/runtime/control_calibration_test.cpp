@@ -37,7 +37,7 @@ class Operator final : public ControlServer {
     request.action = looks ? ControlAction::GetCalibration : ControlAction::Calibrate;
     return request;
   }
-  void answer(const ControlAnswer& answer) override {
+  void answer(std::uint64_t, const ControlAnswer& answer) override {
     told_.push_back(
         {answer.code, answer.message, answer.calibration != nullptr ? *answer.calibration : CalibrationReport{}});
   }

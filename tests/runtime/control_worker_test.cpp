@@ -36,24 +36,23 @@ ControlRequest request(ControlAction action, const std::string& name = {}) {
   return wanted;
 }
 
-// A server that returns the given requests one after the other, then stops the worker.
+// A server that returns the given requests one after the other, and then stops the worker, or waits for its end.
 class Script final : public ControlServer {
  public:
-  Script(std::vector<ControlRequest> requests, std::vector<ControlAnswer>& answers, std::stop_source& end)
+  Script(std::vector<ControlRequest> requests, std::vector<ControlAnswer>& answers, std::stop_source* end)
       : requests_(std::move(requests)), answers_(answers), end_(end) {}
   std::optional<ControlRequest> next(Duration) override {
-    if (asked_ == requests_.size()) {
-      end_.request_stop();
-      return std::nullopt;
-    }
-    return requests_[asked_++];
+    if (asked_ < requests_.size()) return requests_[asked_++];
+    std::this_thread::yield();
+    if (end_ != nullptr) end_->request_stop();
+    return std::nullopt;
   }
-  void answer(const ControlAnswer& answer) override { answers_.push_back(answer); }
+  void answer(std::uint64_t, const ControlAnswer& answer) override { answers_.push_back(answer); }
 
  private:
   std::vector<ControlRequest> requests_;
   std::vector<ControlAnswer>& answers_;
-  std::stop_source& end_;
+  std::stop_source* end_;  // null: waits
   std::size_t asked_ = 0;
 };
 
@@ -67,9 +66,18 @@ struct World {
   std::vector<ControlAnswer> ask(std::vector<ControlRequest> requests, bool lossless = false) {
     std::vector<ControlAnswer> answers;
     std::stop_source end;
-    ControlWorker worker(std::make_unique<Script>(std::move(requests), answers, end), one_subject(), lossless,
+    ControlWorker worker(std::make_unique<Script>(std::move(requests), answers, &end), one_subject(), lossless,
                          {&control, {&camera}});
     worker.run(end.get_token());
+    return answers;
+  }
+
+  // Returns when the worker waits for the change of the pipeline that the request causes.
+  std::vector<ControlAnswer> ask_until_change(const ControlRequest& request) {
+    std::vector<ControlAnswer> answers;
+    ControlWorker worker(std::make_unique<Script>(std::vector{request}, answers, nullptr), one_subject(), false,
+                         {&control, {&camera}});
+    worker.run({});
     return answers;
   }
 };
@@ -182,6 +190,47 @@ TEST(ControlWorker, RefusesAMaskThatCoversNothingOrEverything) {
   EXPECT_EQ(answers[1].code, ControlCode::Invalid);
   EXPECT_THAT(answers[1].message, HasSubstr("100.0 % of the image would be masked, expected 90 % at most"));
   EXPECT_EQ(answers[2].code, ControlCode::NotFound);
+}
+
+TEST(ControlWorker, AnswersOthersWhileMasksAreLearnt) {
+  World world;
+
+  const auto answers =
+      world.ask({request(ControlAction::LearnMask), request(ControlAction::GetStatus),
+                 request(ControlAction::LearnMask, "north"), request(ControlAction::LearnMask, "south")});
+
+  ASSERT_EQ(answers.size(), 4U);
+  EXPECT_TRUE(answers[0].status);
+  EXPECT_THAT(answers[1].message, HasSubstr("masks are being learnt already"));
+  EXPECT_THAT(answers[2].message, HasSubstr("masks are being learnt already"));
+  EXPECT_EQ(answers[3].code, ControlCode::Failed);
+  EXPECT_THAT(answers[3].message,
+              HasSubstr("no mask was learnt, because the configuration changes or the daemon stops"));
+}
+
+TEST(ControlWorker, SavesTheLearntMasksWhenEachCameraHasSentItsOwn) {
+  World world;
+  MainOrder saved;
+  std::jthread camera_and_main([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      CameraOrder learn;
+      if (world.camera.orders.try_pop(learn)) {
+        static_cast<void>(world.camera.masks.try_push({.order = learn.number - 1, .polygons = {}}));  // an earlier one
+        static_cast<void>(world.camera.masks.try_push({learn.number, {{{{5.0, 5.0}}, {{7.0, 5.0}}, {{7.0, 7.0}}}}}));
+      }
+      if (world.control.to_main.try_pop(saved)) {
+        static_cast<void>(world.control.from_main.try_push({saved.number, true, "changed", true}));
+      }
+      std::this_thread::yield();
+    }
+  });
+
+  const auto answers = world.ask_until_change(request(ControlAction::LearnMask));
+
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0].message, "camera 'north': 1 polygons, 0.00 % of the image\nchanged");
+  ASSERT_EQ(saved.masks.size(), 1U);
+  EXPECT_EQ(saved.masks[0][0][0].v, Eigen::Vector2d(5.0, 5.0));
 }
 
 TEST(ControlWorker, RejectsAFitOfAnotherBody) {

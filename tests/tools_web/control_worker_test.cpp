@@ -28,8 +28,9 @@ TEST(ControlWorker, BringsTheDaemonsAnswer) {
 
   ASSERT_TRUE(
       worker->ask(request.SerializeAsString(), [&](Result<std::string> answer) { came.set_value(std::move(answer)); }));
-  ASSERT_TRUE(control->next(kLong));
-  control->answer({});
+  const auto received = control->next(kLong);
+  ASSERT_TRUE(received);
+  control->answer(received->number, {});
 
   auto future = came.get_future();
   ASSERT_EQ(future.wait_for(kLong), std::future_status::ready);

@@ -37,7 +37,7 @@ TEST(ForwardRequest, GivesTheDaemonsAnswer) {
       ControlAnswer answer;
       answer.code = request->name == "north" ? ControlCode::Done : ControlCode::Unsupported;
       answer.message = "exposure of " + request->name;
-      control->answer(answer);
+      control->answer(request->number, answer);
     }
   });
   ControlRequest request;

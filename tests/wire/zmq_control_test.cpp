@@ -10,6 +10,7 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <ranges>
 #include <string>
 #include <thread>
 #include <vector>
@@ -47,7 +48,7 @@ class EchoingDaemon {
           answer.message = request->name;
           if (!request->by.states.empty()) answer.message += " " + request->by.states + " " + request->by.role;
           if (request->action == ControlAction::GetStatus) answer.status.emplace();
-          control_->answer(answer);
+          control_->answer(request->number, answer);
         }
       }
     });
@@ -94,6 +95,31 @@ TEST(Control, AnswersWithTheRequestsId) {
   EXPECT_EQ(answer.code(), v1::CODE_DONE);
   EXPECT_EQ(answer.id(), 4711U);
   EXPECT_EQ(answer.message(), "anna");
+}
+
+TEST(Control, AnswersEachRequestToItsSenderInAnyOrder) {
+  const auto control = std::move(*ZmqControl::open({.endpoint = "tcp://127.0.0.1:*"}));
+  std::vector<std::jthread> operators;
+  std::atomic<int> right{0};
+  for (const std::string name : {"anna", "ben", "cleo"}) {
+    operators.emplace_back([&, name] {
+      const auto client = std::move(*ControlClient::open({control->endpoint(), {}}));
+      if (ask(*client, reset_of(name), name.size()).message() == name) ++right;
+    });
+  }
+
+  std::vector<ControlRequest> received;
+  for (const Timestamp begun = host_now(); received.size() < operators.size() && host_now() - begun < kLong;) {
+    if (const auto request = control->next(milliseconds(5))) received.push_back(*request);
+  }
+  for (const ControlRequest& request : received | std::views::reverse) {
+    ControlAnswer answer;
+    answer.message = request.name;
+    control->answer(request.number, answer);
+  }
+  operators.clear();
+
+  EXPECT_EQ(right, 3);
 }
 
 TEST(Control, AnswersMalformedRequestsAndContinues) {

@@ -126,7 +126,7 @@ class OperatorsServer : public ControlServer {
  public:
   explicit OperatorsServer(Operator& one) : operator_(one) {}
   std::optional<ControlRequest> next(Duration patience) override { return operator_.next(patience); }
-  void answer(const ControlAnswer& answer) override { operator_.answer(answer); }
+  void answer(std::uint64_t, const ControlAnswer& answer) override { operator_.answer(answer); }
 
  private:
   Operator& operator_;
@@ -316,24 +316,27 @@ Result<TakeBenchFigures> run_take_bench(const TakeBenchSettings& wanted) {
 }
 
 cli::App* add_take_bench(cli::App& app, TakeBenchSettings& settings) {
-  cli::App* take = app.add_subcommand("take", "a take beside subscribers: losses, size, publishing; tracked again");
+  cli::App* take = app.add_subcommand(
+      "take", "record a take while subscribers read the feed (losses, file size, latency), then track the take again");
   take->examples(
       "  mocap-bench take --seconds 60\n"
       "  mocap-bench take --seconds 600 --subscribers 20 --json");
-  take->add_option("--cameras", settings.scene.cameras, "in a ring")->check(cli::Range(2, 64))->capture_default_str();
+  take->add_option("--cameras", settings.scene.cameras, "number of cameras, in a ring")
+      ->check(cli::Range(2, 64))
+      ->capture_default_str();
   take->add_option("--subjects", settings.scene.subjects, "walking people")
       ->check(cli::Range(1, 3))
       ->capture_default_str();
   take->add_option("--rate", settings.scene.rate_hz, "sets a second, Hz")
       ->check(cli::Range(1.0, 1000.0))
       ->capture_default_str();
-  take->add_option("--subscribers", settings.subscribers, "of the snapshots, in this process")
+  take->add_option("--subscribers", settings.subscribers, "number of snapshot subscribers, in this process")
       ->check(cli::Range(0, 200))
       ->capture_default_str();
-  take->add_option("--seconds", settings.seconds, "of the take, s")
+  take->add_option("--seconds", settings.seconds, "length of the take, s")
       ->check(cli::Range(1.0, 3600.0))
       ->capture_default_str();
-  take->add_option("--idle-seconds", settings.idle_seconds, "without a take, for comparison, s")
+  take->add_option("--idle-seconds", settings.idle_seconds, "measured time without a take, for comparison, s")
       ->check(cli::Range(1.0, 600.0))
       ->capture_default_str();
   take->add_option("--folder", settings.folder,

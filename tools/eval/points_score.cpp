@@ -157,7 +157,7 @@ void PointsScorer::score_tracks(const simworld::SeenInstant& truth, const Tracke
     ghosts_[place_of_[i]] = nullptr;
     if (last_track_[i] != kNobody && last_track_[i] != track.id.value) {
       ++score_.id_changes;
-      score_.id_changes_named += truth.lights[i].named ? 1 : 0;
+      score_.id_changes_named += truth.lights[i].is_labelled ? 1 : 0;
       score_.id_changes_in_view += last_set_[i] + 1 == set_ ? 1 : 0;
     }
     last_track_[i] = track.id.value;

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <thread>
+#include <chrono>
 #include <utility>
 
 #include "detect/row_mask.h"
@@ -11,9 +11,6 @@
 namespace mocap::runtime {
 namespace {
 
-constexpr Duration kMaskPatience = std::chrono::seconds(60);
-constexpr Duration kMaskPollPeriod = std::chrono::milliseconds(1);
-constexpr std::uint32_t kMaskImages = 100;
 constexpr double kMostCovered = 0.2;  // fraction of the image; a lamp with a larger mask should be shaded
 constexpr double kMostDrawn = 0.9;    // fraction of the image; a camera that sees nothing should be taken out instead
 constexpr std::size_t kMostUndoSteps = 16;
@@ -64,6 +61,22 @@ std::string drawn_text(const std::vector<MaskPolygon>& polygons, const CameraMod
                                 ? fmt::format(", {:.2f} % of the image", 100.0 * covered_share(polygons, camera))
                                 : std::string();
   return fmt::format("camera '{}': {} drawn masks{}\n", camera.name, polygons.size(), share);
+}
+
+// The answer if a learnt mask cannot be used.
+std::optional<ControlAnswer> check_learnt(const MaskLearnt& learnt, const std::string& camera) {
+  if (!learnt.has_pixels) {
+    return mask_failure(ControlCode::Unsupported,
+                        fmt::format("camera '{}' delivers blobs without pixels; learn its mask on its node (mocapctl "
+                                    "--endpoint NODE mask learn), or name another camera",
+                                    camera));
+  }
+  if (learnt.covered_share <= kMostCovered) return std::nullopt;
+  return mask_failure(
+      ControlCode::Failed,
+      fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "
+                  "bright areas or lower the exposure",
+                  camera, 100.0 * learnt.covered_share, 100.0 * kMostCovered));
 }
 
 }  // namespace
@@ -145,56 +158,79 @@ ControlAnswer ControlWorker::forget_masks(std::size_t camera, const std::stop_to
   return answer;
 }
 
-ControlAnswer ControlWorker::learn_mask(const ControlRequest& request, const std::stop_token& stop) {
-  std::vector<std::size_t> cameras;
+// Orders the cameras to learn. Returns the answer if the request is refused; else continue_to_learn() answers it.
+std::optional<ControlAnswer> ControlWorker::begin_to_learn(const ControlRequest& request) {
+  if (learning_) return mask_failure(ControlCode::Failed, "masks are being learnt already; wait until they are");
+  MaskLearning learning;
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) {
-    if (request.name.empty() || description_.cameras[i].name == request.name) cameras.push_back(i);
+    if (request.name.empty() || description_.cameras[i].name == request.name) learning.cameras.push_back(i);
   }
-  if (cameras.empty()) return no_camera(request.name);
+  if (learning.cameras.empty()) return no_camera(request.name);
+  learning.request = request;
+  learning.order = ++orders_;
+  learning.masks = learnt_masks();
+  learning.begun = host_now();
   CameraOrder order;
   order.action = CameraAction::LearnMask;
-  order.images = request.images == 0 ? kMaskImages : request.images;
-  order.number = ++orders_;
-  for (const std::size_t camera : cameras) static_cast<void>(links_.cameras[camera]->orders.try_push(order));
-  std::vector<std::vector<MaskPolygon>> masks = learnt_masks();
-  std::string text;
-  const Timestamp begun = host_now();
-  for (const std::size_t camera : cameras) {
+  order.images = request.images == 0 ? kDefaultMaskImages : request.images;
+  order.number = learning.order;
+  for (const std::size_t camera : learning.cameras) {
+    MaskLearnt late;  // of a request that was answered before
+    while (links_.cameras[camera]->masks.try_pop(late)) {
+    }
+    static_cast<void>(links_.cameras[camera]->orders.try_push(order));
+  }
+  learning_ = std::move(learning);
+  return std::nullopt;
+}
+
+void ControlWorker::continue_to_learn(const std::stop_token& stop) {
+  if (!learning_) return;
+  std::optional<ControlAnswer> answer = receive_masks(*learning_);
+  if (!answer && !learning_->cameras.empty()) return;
+  MaskLearning learning = *std::exchange(learning_, std::nullopt);
+  if (!answer) {
+    asker_ = learning.request.by;
+    MainOrder keep;
+    keep.masks = std::move(learning.masks);
+    answer = order_main(std::move(keep), stop);
+    answer->message = learning.text + answer->message;
+  }
+  finish(learning.request, *answer);
+}
+
+// Takes the masks that cameras have sent. Returns the answer if the request failed.
+std::optional<ControlAnswer> ControlWorker::receive_masks(MaskLearning& learning) const {
+  std::vector<std::size_t> missing;
+  for (const std::size_t camera : learning.cameras) {
     const std::string& name = description_.cameras[camera].name;
     MaskLearnt learnt;
-    const auto received = [&] { return links_.cameras[camera]->masks.try_pop(learnt) && learnt.order == order.number; };
-    bool here = received();
-    while (!here && !stop.stop_requested() && host_now() - begun < kMaskPatience) {
-      std::this_thread::sleep_for(kMaskPollPeriod);
-      here = received();
+    if (!links_.cameras[camera]->masks.try_pop(learnt) || learnt.order != learning.order) {
+      missing.push_back(camera);
+      continue;
     }
-    if (!here)
-      return mask_failure(ControlCode::Timeout,
-                          fmt::format("camera '{}' did not answer in time; the request may still be executed", name));
-    if (!learnt.has_pixels) {
-      return mask_failure(ControlCode::Unsupported,
-                          fmt::format("camera '{}' delivers blobs without pixels; learn its mask on its node (mocapctl "
-                                      "--endpoint NODE mask learn), or name another camera",
-                                      name));
-    }
-    if (learnt.covered_share > kMostCovered) {
-      return mask_failure(
-          ControlCode::Failed,
-          fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "
-                      "bright areas or lower the exposure",
-                      name, 100.0 * learnt.covered_share, 100.0 * kMostCovered));
-    }
-    text +=
+    if (std::optional<ControlAnswer> failed = check_learnt(learnt, name)) return failed;
+    learning.text +=
         fmt::format("camera '{}': {} polygons, {:.2f} % of the image{}\n", name, learnt.polygons.size(),
                     100.0 * learnt.covered_share,
                     learnt.moved > 0 ? fmt::format(", {} bright spots moved and are not masked", learnt.moved) : "");
-    masks[camera] = std::move(learnt.polygons);
+    learning.masks[camera] = std::move(learnt.polygons);
   }
-  MainOrder keep;
-  keep.masks = std::move(masks);
-  ControlAnswer kept = order_main(std::move(keep), stop);
-  kept.message = text + kept.message;
-  return kept;
+  learning.cameras = std::move(missing);
+  const Duration patience = longest_learning(learning.request.images);
+  if (learning.cameras.empty() || host_now() - learning.begun < patience) return std::nullopt;
+  return mask_failure(ControlCode::Timeout,
+                      fmt::format("camera '{}' did not deliver the images in {:.0f} s; check it with mocapctl status",
+                                  description_.cameras[learning.cameras.front()].name, to_s(patience)));
+}
+
+// The cameras may be others when this thread runs again.
+void ControlWorker::stop_to_learn() {
+  if (!learning_) return;
+  const MaskLearning learning = *std::exchange(learning_, std::nullopt);
+  finish(learning.request, mask_failure(ControlCode::Failed,
+                                        "no mask was learnt, because the configuration changes or the daemon stops; "
+                                        "request it again"));
 }
 
 }  // namespace mocap::runtime

@@ -85,14 +85,24 @@ void ControlWorker::run(const std::stop_token& stop) {
   change_follows_ = false;
   while (!stop.stop_requested() && !change_follows_) {
     receive_updates();
+    continue_to_learn(stop);
+    if (change_follows_) break;
     const std::optional<ControlRequest> request = server_->next(kStopCheckPeriod);
     if (!request) continue;
     receive_updates();
     asker_ = request->by;
-    const ControlAnswer answer = execute(*request, stop);
-    if (!only_looks(request->action)) note_order(*request, answer);
-    server_->answer(answer);
+    if (request->action != ControlAction::LearnMask) {
+      finish(*request, execute(*request, stop));
+    } else if (const std::optional<ControlAnswer> refused = begin_to_learn(*request)) {
+      finish(*request, *refused);
+    }
   }
+  stop_to_learn();
+}
+
+void ControlWorker::finish(const ControlRequest& request, const ControlAnswer& answer) {
+  if (!only_looks(request.action)) note_order(request, answer);
+  server_->answer(request.number, answer);
 }
 
 // An order is in the audit log before it is answered (audit/decisions/0001). If the disk is slow, the answer waits for
@@ -130,7 +140,7 @@ ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::s
     case ControlAction::ResetSubject:
     case ControlAction::FitSubject: return order_subject(request, stop);
     case ControlAction::AdjustCamera: return adjust_camera(request, stop);
-    case ControlAction::LearnMask: return learn_mask(request, stop);
+    case ControlAction::LearnMask: break;  // begin_to_learn()
     case ControlAction::DrawMasks:
     case ControlAction::UndoMasks:
     case ControlAction::ForgetMasks: return change_masks(request, stop);

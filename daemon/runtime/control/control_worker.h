@@ -21,8 +21,9 @@
 
 namespace mocap::runtime {
 
-/// The control thread: executes the requests of operators one after the other. It never blocks another thread: orders
-/// go to the other threads by queues. A request whose order is not answered in time is answered with Timeout.
+/// The control thread: executes the requests of operators one after the other, and others while masks are learnt. It
+/// never blocks another thread: orders go to the other threads by queues. A request whose order is not answered in time
+/// is answered with Timeout.
 class ControlWorker {
  public:
   /// All objects outlive the worker.
@@ -50,7 +51,18 @@ class ControlWorker {
   bool capturing() const noexcept { return capturing_; }
 
  private:
+  /// A request to learn masks, until each of its cameras has sent its mask.
+  struct MaskLearning {
+    ControlRequest request;
+    std::uint64_t order = 0;                      ///< number of the order to the cameras
+    std::vector<std::size_t> cameras;             ///< whose masks are missing, by CameraId
+    std::vector<std::vector<MaskPolygon>> masks;  ///< by CameraId: the learnt masks of all cameras
+    std::string text;                             ///< for the operator: a line for each camera that has sent its mask
+    Timestamp begun{};
+  };
+
   ControlAnswer execute(const ControlRequest& request, const std::stop_token& stop);
+  void finish(const ControlRequest& request, const ControlAnswer& answer);
   void note_order(const ControlRequest& request, const ControlAnswer& answer);
   void receive_updates();
   ControlAnswer status() const;
@@ -58,7 +70,10 @@ class ControlWorker {
   ControlAnswer capture(bool on, const std::stop_token& stop);
   ControlAnswer order_subject(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer adjust_camera(const ControlRequest& request, const std::stop_token& stop);
-  ControlAnswer learn_mask(const ControlRequest& request, const std::stop_token& stop);
+  std::optional<ControlAnswer> begin_to_learn(const ControlRequest& request);
+  void continue_to_learn(const std::stop_token& stop);
+  void stop_to_learn();
+  std::optional<ControlAnswer> receive_masks(MaskLearning& learning) const;
   ControlAnswer list_masks(const ControlRequest& request) const;
   ControlAnswer change_masks(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer draw_masks(std::size_t camera, const std::vector<MaskPolygon>& polygons, const std::stop_token& stop);
@@ -89,7 +104,8 @@ class ControlWorker {
   std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
-  AuditActor asker_;  // of the request that is executed
+  AuditActor asker_;                      // of the request that is executed
+  std::optional<MaskLearning> learning_;  // the request that waits for masks
   /// By camera: its drawn masks before each change, the newest last.
   std::map<std::string, std::deque<std::vector<MaskPolygon>>, std::less<>> drawn_before_;
   std::uint64_t calibration_order_ = 0;  // number of the newest order to the calibration

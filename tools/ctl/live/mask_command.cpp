@@ -2,17 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <utility>
 
 #include "base/exit_codes.h"
+#include "base/time.h"
 #include "ctl/live/live_answer.h"
 #include "ctl/live/live_connection.h"
 
 namespace mocap::ctl {
 namespace {
+
+constexpr double kAnswerMargin_s = 10.0;  // the daemon saves the masks and loads its configuration anew
 
 int fail_mask(const std::string& why, int code) {
   fmt::print(stderr, "mocapctl: {}\n", why);
@@ -108,8 +112,11 @@ void add_learn(cli::App& mask, LiveOptions& options) {
   learn->add_option("--camera", options.request.name, "only this camera");
   learn->add_option("--images", options.request.images, "number of images of each camera; default 100")
       ->check(cli::Range(10, 10000));
-  learn->callback(
-      [&options] { options.run = [&options] { return ask_about_masks(options, ControlAction::LearnMask); }; });
+  learn->callback([&options] {
+    const double longest_s = to_s(longest_learning(options.request.images)) + kAnswerMargin_s;
+    options.timeout_s = std::max(options.timeout_s, longest_s);
+    options.run = [&options] { return ask_about_masks(options, ControlAction::LearnMask); };
+  });
 }
 
 void add_draw(cli::App& mask, LiveOptions& options) {

@@ -32,7 +32,7 @@ Extent extent_of(const PointMotion& motion) {
   for (double t_s = 0.0; t_s <= motion.length_s(); t_s += 0.1) {
     motion.at(t_s, lights);
     for (const Light& light : lights) {
-      if (!light.there || !light.named) continue;
+      if (!light.there || !light.is_labelled) continue;
       extent.low = extent.low.cwiseMin(light.position);
       extent.high = extent.high.cwiseMax(light.position);
     }
