@@ -32,7 +32,7 @@ class AlphaBeta {
   /// Continues from this state, as after a measurement.
   void restart(const Vector<N>& point, const Vector<N>& velocity);
   /// The covariance is that of the gate: the filter has no covariance of its state.
-  Belief<N> belief() const { return {point_, velocity_, gate().covariance}; }
+  Belief<N> belief() const { return {point_, velocity_, gate().predicted_covariance}; }
 
   /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
   void archive(Archive& members) { members(point_, velocity_, since_seen_s_, last_dt_s_, misses_); }

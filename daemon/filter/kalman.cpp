@@ -98,7 +98,7 @@ template <int N>
 Gate<N> Kalman<N>::gate() const {
   const double wider = settings_.gate_floor_u + settings_.gate_per_speed * speed_ * last_dt_s_;
   Gate<N> gate{point_, pp_};
-  gate.covariance.diagonal().array() += wider * wider;
+  gate.predicted_covariance.diagonal().array() += wider * wider;
   return gate;
 }
 
@@ -107,8 +107,9 @@ Gate<N> Kalman<N>::gate_in(double dt_s) const {
   const double dt2 = dt_s * dt_s;
   const double wider = settings_.gate_floor_u + settings_.gate_per_speed * speed_ * dt_s;
   Gate<N> gate{point_ + velocity_ * dt_s, pp_ + (dt_s * (pv_ + pv_.transpose()) + dt2 * vv_)};
-  gate.covariance.diagonal().array() += acceleration_variance() * dt2 * dt2 / (settings_.white_noise ? 3.0 : 4.0);
-  gate.covariance.diagonal().array() += wider * wider;
+  gate.predicted_covariance.diagonal().array() +=
+      acceleration_variance() * dt2 * dt2 / (settings_.white_noise ? 3.0 : 4.0);
+  gate.predicted_covariance.diagonal().array() += wider * wider;
   return gate;
 }
 

@@ -14,12 +14,12 @@ constexpr double kLn2Pi = 1.8378770664093453;
 template <int N>
 Vector<N> Gate<N>::reach(double sigmas, double max_variance) const {
   // Along an axis the ellipsoid d^T S^-1 d = k^2 reaches k sqrt(S_ii).
-  return sigmas * (covariance.diagonal().array() + max_variance).sqrt().matrix();
+  return sigmas * (predicted_covariance.diagonal().array() + max_variance).sqrt().matrix();
 }
 
 template <int N>
 typename Gate<N>::Fit Gate<N>::fit(const Seen<N>& seen) const {
-  const Cofactors<N> innovation(covariance + seen.covariance);
+  const Cofactors<N> innovation(predicted_covariance + seen.covariance);
   const Vector<N> off = seen.point - centre;
   const double distance2 = off.dot(innovation.adjugate * off) / innovation.determinant;
   return {distance2, distance2 + std::log(innovation.determinant) + N * kLn2Pi};
@@ -27,7 +27,7 @@ typename Gate<N>::Fit Gate<N>::fit(const Seen<N>& seen) const {
 
 template <int N>
 double Gate<N>::distance2(const Seen<N>& seen) const {
-  const Cofactors<N> innovation(covariance + seen.covariance);
+  const Cofactors<N> innovation(predicted_covariance + seen.covariance);
   const Vector<N> off = seen.point - centre;
   return off.dot(innovation.adjugate * off) / innovation.determinant;
 }

@@ -38,7 +38,7 @@ struct Belief {
 template <int N>
 struct Gate {
   Vector<N> centre;
-  Matrix<N> covariance;  ///< of the predicted position, without that of the measurement
+  Matrix<N> predicted_covariance;  ///< of the predicted position, widened; `fit` adds that of the measurement
 
   /// Half the size, along each axis, of a box that contains all measurements within `sigmas` standard deviations. No
   /// measurement has a larger variance than `max_variance` along an axis.
@@ -55,7 +55,7 @@ struct Gate {
   /// The squared Mahalanobis distance only.
   double distance2(const Seen<N>& seen) const;
 
-  void archive(Archive& members) { members(centre, covariance); }
+  void archive(Archive& members) { members(centre, predicted_covariance); }
 };
 
 /// A motion filter of one point. In each step: predict, then gate, then update or coast.

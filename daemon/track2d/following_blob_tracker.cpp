@@ -126,7 +126,7 @@ class AlphaBetaFollower {
   }
   BlobAim aim() const {
     const filter::Gate<2> gate = filter_.gate();
-    const double variance_px2 = gate.covariance(0, 0) + velocity_uncertainty_px_ * velocity_uncertainty_px_;
+    const double variance_px2 = gate.predicted_covariance(0, 0) + velocity_uncertainty_px_ * velocity_uncertainty_px_;
     const bool adaptive = shared_->settings.method == TrackMethod::AdaptiveAlphaBeta;
     const double step_px = adaptive ? speed_.step_px(filter_.belief().velocity.norm()) : 0.0;
     return {gate.centre, variance_px2, reach_px(shared_->settings, variance_px2, step_px)};

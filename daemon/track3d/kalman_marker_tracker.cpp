@@ -87,7 +87,7 @@ class KalmanMarkerTracker final : public MarkerTracker {
       if (tracks_.has_ended(track, gate, at)) continue;
       PredictedMarker& predicted = predictions_.push_back(none_);
       predicted.position = {gate.centre};
-      predicted.covariance_m2 = gate.covariance;
+      predicted.covariance_m2 = gate.predicted_covariance;
       predicted.track = {track.id};
       predicted.cameras = tracked_[i].cameras;  // tracks_ and tracked_ are in the same order
     }

@@ -114,7 +114,7 @@ class PointTracks {
   bool has_ended(const Track& track, const filter::Gate<N>& gate, Timestamp at) const {
     if (at - track.seen_at > life_.max_coast) return true;
     const double most_trace = N * life_.max_coast_sigma_u * life_.max_coast_sigma_u;
-    return track.coasts && !(gate.covariance.trace() <= most_trace);
+    return track.coasts && !(gate.predicted_covariance.trace() <= most_trace);
   }
 
   /// Advances all tracks to `at` and removes those that end. `measurements`: number of measurements of the set.

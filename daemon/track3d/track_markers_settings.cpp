@@ -6,9 +6,10 @@ void declare_keys(KeyVisitor& keys, TrackMarkersSettings& track) {
   keys.number("gate_sigmas", track.gate_sigmas, {1, 10},
               {.help = "radius of the gate in standard deviations of the innovation"});
   keys.millimetres("gate_floor_mm", track.gate_floor_m, {0, 100},
-                   {.help = "standard deviation that is added to the innovation, with that of gate_per_speed"});
+                   {.help = "standard deviation by which the gate is wider, beside that of gate_per_speed; the "
+                            "estimate stays as it is"});
   keys.number("gate_per_speed", track.gate_per_speed, {0, 2},
-              {.help = "m of standard deviation for each m of predicted motion between two sets"});
+              {.help = "m of standard deviation of the gate for each m of predicted motion between two sets"});
   keys.number("confirm_sets", track.confirm_sets, {1, 100}, {.help = "consecutive sets until a track is confirmed"});
   keys.time("max_coast_ms", track.max_coast, {0, 10000}, {.help = "a track ends when it is not seen for longer"});
   keys.millimetres("max_coast_sigma_mm", track.max_coast_sigma_m, {1, 10000},

@@ -74,7 +74,8 @@ TEST(Kalman, ComputesTheGateOfALaterTimeWithoutPredicting) {
 
   // The tolerance is rounding.
   EXPECT_LT((gate_later.centre - filter.gate().centre).norm(), 1e-12);
-  EXPECT_LT((gate_later.covariance - filter.gate().covariance).norm(), 1e-12 * gate_later.covariance.norm());
+  EXPECT_LT((gate_later.predicted_covariance - filter.gate().predicted_covariance).norm(),
+            1e-12 * gate_later.predicted_covariance.norm());
   const Seen<3> seen = seen3(random);
   EXPECT_NEAR(gate_later.distance2(seen), gate_later.fit(seen).distance2, 1e-12 * gate_later.fit(seen).distance2);
 }
@@ -138,7 +139,7 @@ TEST(Kalman, WidensItsGateWithoutMeasurements) {
   for (int k = 0; k < 20; ++k) {
     kalman.predict(0.01);
     kalman.coast();
-    const double now = kalman.gate().covariance.trace();
+    const double now = kalman.gate().predicted_covariance.trace();
     EXPECT_GT(now, before);
     before = now;
   }
@@ -200,10 +201,10 @@ TEST(AlphaBeta, WidensItsGateWithSpeedAndWithMisses) {
   filter.update({Vector<2>(4.0, 0.0), Matrix<2>::Identity()});  // 40 u/s
   filter.predict(0.1);
 
-  EXPECT_NEAR(std::sqrt(filter.gate().covariance(0, 0)), 2.0 + 0.5 * 4.0, 1e-12);
+  EXPECT_NEAR(std::sqrt(filter.gate().predicted_covariance(0, 0)), 2.0 + 0.5 * 4.0, 1e-12);
   filter.coast();
   filter.predict(0.1);
-  EXPECT_NEAR(std::sqrt(filter.gate().covariance(0, 0)), 2.0 + 0.5 * 4.0 + 3.0, 1e-12);
+  EXPECT_NEAR(std::sqrt(filter.gate().predicted_covariance(0, 0)), 2.0 + 0.5 * 4.0 + 3.0, 1e-12);
   EXPECT_NEAR(filter.gate().centre.x(), 12.0, 1e-12);
 }
 

@@ -99,7 +99,7 @@ TEST(PaperKalman, TruncatesPredictionAndGateToWholePixels) {
   EXPECT_EQ(filter.gate().centre, filter::Vector<2>(100.0, 50.0));
   // P_vv is 100 + 0.2: 100 times its root.
   EXPECT_EQ(filter.radius_px(), std::trunc(100.0 * std::sqrt(100.2)));
-  EXPECT_EQ(filter.gate().covariance(0, 0), filter.radius_px() * filter.radius_px());
+  EXPECT_EQ(filter.gate().predicted_covariance(0, 0), filter.radius_px() * filter.radius_px());
 }
 
 TEST(PaperKalman, HasASmallerGateAfterTheMarkerWasHidden) {

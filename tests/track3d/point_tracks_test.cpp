@@ -218,7 +218,7 @@ TEST(PointTracks, FollowAnOutlierIfTheMixtureAllowsIt) {
     Tracker tracker(life);
     for (int i = 0; i < 30; ++i) tracker.see({Point(0.0, 0.0, 1.0)});
     tracker.tracks.advance(from_ns(0) + from_s(kStep_s * ++tracker.set), 1);
-    const double sigma_m = std::sqrt(tracker.tracks.tracks()[0].gate.covariance(0, 0) + kSigma_m * kSigma_m);
+    const double sigma_m = std::sqrt(tracker.tracks.tracks()[0].gate.predicted_covariance(0, 0) + kSigma_m * kSigma_m);
     // Between the usual gate (4 sigma) and that of an outlier (16 sigma).
     tracker.measurements = {{Point(6.0 * sigma_m, 0.0, 1.0), kSigma_m * kSigma_m * filter::Matrix<3>::Identity()}};
 
