@@ -10,11 +10,16 @@
 #include <string>
 #include <vector>
 
+#include "mocap/v1/blobs.pb.h"
 #include "mocap/v1/control.pb.h"
 #include "mocap/v1/description.pb.h"
 #include "mocap/v1/event.pb.h"
 #include "mocap/v1/health.pb.h"
+#include "mocap/v1/node.pb.h"
+#include "mocap/v1/preview.pb.h"
+#include "mocap/v1/sightings.pb.h"
 #include "mocap/v1/snapshot.pb.h"
+#include "mocap/v1/take.pb.h"
 #include "support/places.h"
 
 namespace mocap::wire {
@@ -104,7 +109,9 @@ FileDescriptorSet as_built() {
   FileDescriptorSet files;
   for (const auto* file :
        {v1::Description::descriptor()->file(), v1::Health::descriptor()->file(), v1::Snapshot::descriptor()->file(),
-        v1::Event::descriptor()->file(), v1::Request::descriptor()->file()}) {
+        v1::Event::descriptor()->file(), v1::Request::descriptor()->file(), v1::Preview::descriptor()->file(),
+        v1::Sightings::descriptor()->file(), v1::BlobRecording::descriptor()->file(),
+        v1::CameraBlobs::descriptor()->file(), v1::NodeMessage::descriptor()->file()}) {
     file->CopyTo(files.add_file());
   }
   return files;
