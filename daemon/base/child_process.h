@@ -37,9 +37,8 @@ class ChildProcess {
   /// Readable (poll) when `read` has something to do.
   int descriptor() const noexcept { return output_; }
 
-  /// Reads once and returns the whole lines since the last call; waits if there is nothing to read. Returns nothing
-  /// once the process has closed its output: a last line without an end was among those of the call before. A line over
-  /// 64 KiB is cut there.
+  /// Reads once and returns the lines that are complete; blocks if there is nothing to read. At the end of the output,
+  /// returns a last line without a newline, if there is one. Returns nothing after that. A line over 64 KiB is split.
   std::optional<std::vector<std::string>> read();
 
   /// Runs `command` and returns what it printed, whatever its exit code. Fails as start(), and with Timeout after

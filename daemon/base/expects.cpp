@@ -6,7 +6,7 @@
 namespace mocap {
 
 void expectation_failed(const char* condition, const char* file, int line) noexcept {
-  std::fprintf(stderr, "%s:%d: broken promise: %s\n", file, line, condition);
+  std::fprintf(stderr, "%s:%d: violated precondition: %s\n", file, line, condition);
   std::abort();
 }
 

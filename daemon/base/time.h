@@ -10,8 +10,7 @@ using Duration = std::chrono::nanoseconds;
 /// An instant on the host's monotonic clock (CLOCK_MONOTONIC).
 using Timestamp = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
-/// Reads the host's monotonic clock. Only runtime/, cameras and tools call this; a pipeline step takes time as an
-/// argument.
+/// Reads the host's monotonic clock. No step of the pipeline calls this: a step takes time as an argument.
 Timestamp host_now() noexcept;
 
 /// UTC minus host clock at this moment: add it to a Timestamp's count to get nanoseconds since the Unix epoch.

@@ -163,9 +163,9 @@ void InstantEquations::estimate_common_motion(const BodyInstant& instant, const 
   }
 }
 
-// Markers of a bone share a displacement with zero mean and variance s^2. With total weight W and mean position x of
-// the bone's markers, marginalising over it subtracts from all sums what a marker of weight W^2 / (W + 1/s^2) at x with
-// the mean residual would add.
+// The markers of a bone share a displacement with zero mean and variance s^2. Let W be the total weight and x the mean
+// position of the markers of the bone. Marginalising over the displacement subtracts one virtual marker from all sums:
+// at x, with the mean residual and the weight W^2 / (W + 1/s^2).
 InstantEquations::PoseCost InstantEquations::accumulate_markers(const BodyInstant& instant, const BodyOffsets& offsets,
                                                                 const InstantCost& by) {
   marker_scale_ = 1.0 / squared(by.sigma_m);

@@ -15,10 +15,11 @@
 
 namespace mocap::explain {
 
-/// A person's pose is no chance fit if it has this share of the markers of the set, and explains this share of the
-/// markers in 3D. Simulated people in about T-pose with 15 to 75 % of their markers removed (four sets; size 0.85 to
-/// 1.15, joints 6 degrees rms, noise 2 mm): in each tenth of the share, 91 to 98 % of the markers that such poses name
-/// as missing are (seeds 1 to 60); 95 to 100 % with seeds 61 to 120. Of poses below 0.3 it is 40 %.
+/// A pose of a person is plausible if it has a point for kMinPoseShare of the markers of the set, and explains
+/// kMinExplainedShare of the markers in 3D. Measured on simulated people in about T-pose with 15 to 75 % of their
+/// markers removed (four sets; size 0.85 to 1.15, joints 6 degrees rms, noise 2 mm): of the markers that a plausible
+/// pose reports as missing, 91 to 98 % were removed, by tenth of the share (seeds 1 to 60), and 95 to 100 % with seeds
+/// 61 to 120. For poses with a share below 0.3, 40 % were removed.
 inline constexpr double kMinPoseShare = 0.4;
 inline constexpr double kMinExplainedShare = 0.9;
 

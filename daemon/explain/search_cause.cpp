@@ -6,16 +6,18 @@
 namespace mocap::explain {
 namespace {
 
-// Share of the blobs of a camera that are views of a marker, of those that could be. Seed 1 (checked with seeds 2 and
-// 3) of walk_about, a_pose, hidden30 and crowd in mocap-eval scene: 0.96 or more with the right rig (0.96); 0.39 or
-// less with all cameras shifted by 0.3 m in random directions (0.41), 0.24 or less by 1 m (0.29).
+// A camera does not fit the rig if less than this share of its blobs are views of a marker, relative to the largest
+// number possible (most_in_markers). Measured with mocap-eval scene on walk_about, a_pose, hidden30 and crowd, seed 1
+// (in parentheses seeds 2 and 3): at least 0.96 (0.96) with the right rig, at most 0.39 (0.41) with all cameras shifted
+// by 0.3 m in random directions, at most 0.24 (0.29) by 1 m.
 constexpr double kMisfitShare = 0.5;
-// Fewer blobs may be those of a reflection. By hand.
+// A camera with fewer blobs is not judged: they may be reflections. Chosen by hand; not yet measured.
 constexpr std::uint32_t kMinMisfitBlobs = 4;
-// Half of the markers in the image of a camera are hidden by the body. All of ten are with probability 0.5^10 = 0.001.
+// Model: the body hides each marker in the image of a camera with probability 0.5, so all of ten with 0.5^10 = 0.001.
 constexpr std::uint32_t kMinSuspectPoints = 10;
 
-// The best pose is no chance fit if it has names for the missing markers.
+// Whether the best pose is plausible: `missing` lists its markers without a point only if the pose passes kMinPoseShare
+// and kMinExplainedShare.
 bool is_plausible(const SearchEvidence& evidence) {
   return evidence.facts.explained + evidence.facts.missing.size() == evidence.facts.markers;
 }
@@ -28,7 +30,8 @@ bool any_blind(const SearchEvidence& evidence) {
   return std::ranges::any_of(evidence.cameras, &CameraEvidence::is_blind);
 }
 
-// Blobs that a marker needs in as many cameras: a camera cannot have more of its blobs in markers.
+// Upper bound of the blobs of one camera that can be views of 3D markers. Each marker needs a blob in `views_needed`
+// cameras, so the bound is the blob count of the camera with the `views_needed`-th most blobs.
 std::uint32_t most_in_markers(const SearchEvidence& evidence) {
   std::vector<std::uint32_t> blobs;
   for (const CameraEvidence& camera : evidence.cameras) {

@@ -66,7 +66,7 @@ std::optional<std::string> lens_fault(const CameraModel& camera) {
   return std::nullopt;
 }
 
-// Divided by which the distance is that of a usual room.
+// Advice which divisor converts the translation to m, so that the distance becomes that of a usual room.
 const char* unit_remedy(double distance_m) {
   if (distance_m > kMaxDistance_m * 10.0) return "translation looks like millimetres: divide by 1000 (m are expected)";
   return "translation looks like centimetres or millimetres: divide by 100 or 1000 (m are expected)";

@@ -28,9 +28,9 @@ namespace mocap::label {
 ///
 /// The labeller predicts the body pose, compares every track with the predicted position of every marker, and assigns
 /// tracks to labels by position, by the distances that the body keeps, and by track continuity. A label therefore
-/// follows the body and not the track: a track that jumps, or two tracks that exchange their markers, lose their labels
-/// in the same set. Where labels are missing and unassigned tracks are near, a limb (a subtree of bones) is labelled as
-/// a whole by `LimbHypothesisSolver`.
+/// follows the body and not the track: a track that jumps loses its label, and so do two tracks that exchange their
+/// markers, within five sets (`label_swaps_test`). Where labels are missing and unassigned tracks are near, a limb (a
+/// subtree of bones) is labelled as a whole by `LimbHypothesisSolver`.
 ///
 /// Order of calls in a set, made by `BodyLabeller` and `TrackAssociation`: `match_tracks`; while tracking: `predict`,
 /// `fit`, `build_costs`, `release_unassigned`, `assign`, `revise`, `check_loss`. Without a body: `recognise`.

@@ -30,9 +30,9 @@ constexpr std::size_t kUncalibratedWork = 2;
 constexpr int kFitIterations = 12;
 constexpr int kVerificationIterations = 4;
 
-// Whether the search in any pose uses a track, whose points only have to be markers of this instant: the verification
-// removes clutter. A coasting track takes part while its predicted position is known about as well as the place of a
-// marker on its bone (decision 0024).
+// Whether the position of a track is a point of the any-pose search. The points need not be confirmed tracks, because
+// the verification removes clutter. A coasting track is used while the standard deviation of its predicted position is
+// at most about that of a marker on its bone (decision 0024).
 bool is_point_of_any_pose(const TrackedMarker& track) {
   switch (track.state) {
     case TrackState::Confirmed: return true;

@@ -28,7 +28,7 @@ struct TrackIdentity {
 };
 
 /// The memory of marker identity between frame sets: which label, which 3D track and which 2D tracks belong together.
-/// No other class of the pipeline keeps such a memory.
+/// It alone predicts by identity. The labeller remembers besides which track had a label, as a hint for its decision.
 ///
 /// A set begins with `predict`, which joins the predictions of the 3D tracks and of the skeletons with the remembered
 /// identities. It ends with `update`, which learns the identities from the matches and the labels of the set.

@@ -29,6 +29,8 @@ class TriggerDesk {
  public:
   virtual ~TriggerDesk() = default;
 
+  /// Processes one untrusted packet: a request of a sender, or an answer of a receiver. Never fails: a packet that is
+  /// refused causes at most a log line and a negative answer. `now`: on the host's monotonic clock.
   virtual TriggerActions receive(const Datagram& datagram, Timestamp now) = 0;
 
   /// The recorder answered an order, is executing one, or has another take.

@@ -7,8 +7,8 @@ void declare_keys(KeyVisitor& keys, AlignSettings& align) {
             {.help = "exposures further apart belong to different sets; less than half a frame period"});
   keys.time(
       "patience_us", align.patience, {0, 1e7},
-      {.help = "how long the first image of a set waits for the last; paid only when an image is late, and a few times "
-               "when a camera stops; longer: fewer incomplete sets on a busy host"});
+      {.help = "how long the first image of a set waits for the last; delays a set only if an image is late, and a few "
+               "sets after a camera stops; longer: fewer incomplete sets on a busy host"});
 }
 
 }  // namespace mocap::synchronise

@@ -132,7 +132,8 @@ class Desk final : public TriggerDesk {
     request->verb == Verb::Start ? ask_start(caller) : ask_stop(caller);
   }
 
-  // Without a PacketID equal packets are a repeat as long as the take is as the first packet left it.
+  // The earlier request that this request repeats; null: none. A request without a PacketID is a repeat only while the
+  // order of the earlier request is pending or the take is in the state that this order caused.
   RepeatMemory::Entry* repeat_of(const Request& request, std::uint32_t address, Timestamp now) {
     RepeatMemory::Entry* known = memory_.find(address, request, now);
     if (known == nullptr || !request.packet_id.empty()) return known;
@@ -336,7 +337,8 @@ class Desk final : public TriggerDesk {
     return {.verb = verb, .result = result, .name = take.name, .database_path = folder_of(take.path)};
   }
 
-  // A receiver that caused a change is not told of it: it would be told what it told us.
+  // The addresses of these callers. A receiver that ordered a start or stop gets no packet about it: two programs that
+  // notify each other would loop.
   static std::set<std::uint32_t> addresses(const std::vector<Caller>& callers) {
     std::set<std::uint32_t> all;
     for (const Caller& caller : callers) all.insert(caller.peer.address);

@@ -51,9 +51,9 @@ void declare_keys(KeyVisitor& keys, TriggerSettings& trigger) {
   keys.whole_numbers("osc_ports", trigger.osc_ports, kPorts,
                      {.help = "OSC /RecordStart and /RecordStop, as Switchboard of Unreal sends them (8000)"});
   keys.number("xml_answer_port", trigger.xml_answer_port, kAnswerPorts,
-              {.help = "of the sender; 0: the port that the packet came from"});
+              {.help = "UDP port of the sender to which answers go; 0: the port that the packet came from"});
   keys.number("osc_answer_port", trigger.osc_answer_port, kAnswerPorts,
-              {.help = "of the sender; 0: the port that the packet came from"});
+              {.help = "UDP port of the sender to which confirmations go; 0: the port that the packet came from"});
   keys.texts("xml_receivers", trigger.xml_receivers,
              {.help = "ADDRESS:PORT of programs that record with this daemon: they receive CaptureStart, CaptureStop "
                       "and CaptureComplete of every take"});

@@ -56,7 +56,7 @@ TEST(BoundedVector, ErasesWithoutOrder) {
 TEST(BoundedVectorDeathTest, StopsTheProcessOnAnIndexPastTheEnd) {
   const Strings one = of({"a"});
 
-  EXPECT_DEATH(static_cast<void>(one[1]), "broken promise");
+  EXPECT_DEATH(static_cast<void>(one[1]), "violated precondition");
 }
 
 }  // namespace bounded_vector_test

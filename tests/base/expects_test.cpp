@@ -20,7 +20,7 @@ TEST(ExpectsDeathTest, AbortsWithFileAndTextOfAFalseCondition) {
 
   // Tests are built with and without optimisation: the condition is checked in both.
   EXPECT_EXIT(MOCAP_EXPECTS(cameras <= 64), testing::KilledBySignal(SIGABRT),
-              "expects_test\\.cpp:[0-9]+: broken promise: cameras <= 64");
+              "expects_test\\.cpp:[0-9]+: violated precondition: cameras <= 64");
 }
 
 }  // namespace expects_test

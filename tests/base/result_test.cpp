@@ -55,9 +55,9 @@ TEST(ResultDeathTest, StopsTheProcessIfTheAbsentAlternativeIsRead) {
   const Result<int> failed = Error{ErrorCode::Io, {}};
   const Status success;
 
-  EXPECT_EXIT(static_cast<void>(value.error()), testing::KilledBySignal(SIGABRT), "broken promise");
-  EXPECT_EXIT(static_cast<void>(failed.value()), testing::KilledBySignal(SIGABRT), "broken promise");
-  EXPECT_EXIT(static_cast<void>(success.error()), testing::KilledBySignal(SIGABRT), "broken promise");
+  EXPECT_EXIT(static_cast<void>(value.error()), testing::KilledBySignal(SIGABRT), "violated precondition");
+  EXPECT_EXIT(static_cast<void>(failed.value()), testing::KilledBySignal(SIGABRT), "violated precondition");
+  EXPECT_EXIT(static_cast<void>(success.error()), testing::KilledBySignal(SIGABRT), "violated precondition");
 }
 
 TEST(ErrorCodes, HaveDifferentNames) {

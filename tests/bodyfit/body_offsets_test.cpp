@@ -34,7 +34,7 @@ TEST(BodyOffsets, OfAnotherSkeletonAreABug) {
   BodyOffsets offsets = offsets_of(set);
   offsets.markers_m.pop_back();
 
-  EXPECT_DEATH(apply_offsets(offsets, set), "broken promise");
+  EXPECT_DEATH(apply_offsets(offsets, set), "violated precondition");
 }
 
 TEST(BodyInstant, IsEmptyInRestPose) {

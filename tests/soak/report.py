@@ -68,7 +68,7 @@ def write(folder, soak):
              f"lost by cameras: {sum(r['missing_images'] for r in calm)} images without a fault, "
              f"{sum(r['missing_images'] for _, r in soak.samples)} in all",
              f"takes: {soak.takes.whole} whole, {soak.takes.repaired} cut off by a kill and repaired, {soak.takes.told} ended early "
-             "and told",
+             "with a reason",
              "", "fault                 number  recovered after s: median  most"]
     for name in sorted({each.name for each in soak.faults}):
         took = [each.recovered_s - each.ended_s for each in soak.faults if each.name == name and each.recovered_s is not None]

@@ -25,7 +25,7 @@ class Cycles(unittest.TestCase):
             self.expect_seen(cycles, next(iter(cycles._finished)))
 
     def expect_seen(self, cycles, path):
-        """What a kill must not leave is seen."""
+        """The checks detect each kind of damage that a killed daemon must not leave."""
         content = path.read_bytes()
         place = content.index(ZSTD_MAGIC) + 20
         path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1:])

@@ -19,13 +19,13 @@
 
 namespace mocap::chaos {
 
-/// Images of all cameras, by their fate.
+/// Counts of the images of all cameras, and of the sets that were not fused.
 struct FrameCounts {
   std::uint64_t received = 0;
-  std::uint64_t used = 0;         ///< in sets
+  std::uint64_t used = 0;         ///< images in the sets that the aligner returned, fused or not
   std::uint64_t dropped = 0;      ///< late, repeated, over the bound of a queue, or lost with their camera
   std::uint64_t waiting = 0;      ///< in the queues of the cameras, ahead of the aligner
-  std::uint64_t passed_over = 0;  ///< sets
+  std::uint64_t passed_over = 0;  ///< sets that were superseded and not fused
 };
 
 /// The daemon's steps from images to snapshots in one thread, under a virtual clock: clock of each camera, 2D tracks,

@@ -30,7 +30,7 @@ class PaperAlphaBeta {
   double radius_px() const;
   void update(const filter::Seen<2>& seen);
   void coast() {}
-  filter::Belief<2> belief() const { return {point_, velocity_, gate().covariance}; }
+  filter::Belief<2> belief() const { return {point_, velocity_, gate().predicted_covariance}; }
 
  private:
   PaperImage image_;

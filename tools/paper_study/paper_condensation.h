@@ -32,7 +32,7 @@ class PaperCondensation {
   double radius_px() const { return radius_px_; }
   void update(const filter::Seen<2>& seen) { seen_ = seen.point; }
   void coast() {}
-  filter::Belief<2> belief() const { return {seen_, filter::Vector<2>::Zero(), gate().covariance}; }
+  filter::Belief<2> belief() const { return {seen_, filter::Vector<2>::Zero(), gate().predicted_covariance}; }
 
  private:
   static constexpr std::size_t kParticles = 100;

@@ -13,8 +13,8 @@
 
 namespace mocap::web {
 
-/// The findings of `mocapctl preflight`. Those who ask while a check runs get the findings of this check. Of the thread
-/// of the server's loop; the check, of 2.2 s, has a thread of its own.
+/// The findings of `mocapctl preflight`. Requests that arrive while a check runs get the findings of this check. All
+/// methods are called by the thread of the server's loop; a worker thread runs the check, which takes 2.2 s.
 class PreflightSite {
  public:
   using RunHere = std::function<void(std::function<void()>)>;

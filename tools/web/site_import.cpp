@@ -50,8 +50,8 @@ void Site::answer_import(const HttpRequest& request, const Visitor& visitor, std
     reply.headers.emplace_back("Allow", "POST");
     return done(std::move(reply));
   }
-  // A form of another site can send neither this type nor, without asking the browser first, any other than its own
-  // three.
+  // Protects against requests of other sites: an HTML form can send only three other content types, and a script of
+  // another site must first get the server's permission for this type (CORS preflight).
   if (request.content_type != "application/octet-stream") {
     return done(import_reply(415, "CODE_INVALID", "Content-Type: expected application/octet-stream"));
   }

@@ -26,7 +26,8 @@ constexpr std::size_t kMostExchanges = 8;
 constexpr double kWellExplained = 0.5;
 // With more cameras that do not fit, no exchange of two explains the rig. Bounds the work to 66 exchanges.
 constexpr std::size_t kMaxExchangeable = 12;
-// A camera that sees one marker in ten of so many has 20 views: its statistic exceeds kSignificant almost surely.
+// A camera that fits no hypothesis is undetermined if it has fewer expected views. With kMinExpected, a camera that
+// sees one marker in ten has 20 views: its statistic exceeds kSignificant almost surely.
 constexpr double kMinExpected = 200.0;
 
 /// A rig under a hypothesis, with the points and the evidence that follow.

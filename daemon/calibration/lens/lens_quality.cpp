@@ -18,7 +18,7 @@ using Matrix29 = Eigen::Matrix<double, 2, kIntrinsicCount>;
 
 constexpr int kFolds = 5;
 constexpr int kMaxQualityIterations = 60;
-// One in so many corners of each board samples the image area that boards covered.
+// compensating_rotation() uses every kCornerStride-th corner of each board: enough to sample the covered image area.
 constexpr std::size_t kCornerStride = 5;
 
 struct PixelJacobians {

@@ -52,7 +52,8 @@ std::size_t cell_index(int row, int column) {
 
 int cell_at(double at, int size) { return std::clamp(static_cast<int>(at * kImageCells / size), 0, kImageCells - 1); }
 
-// Rms over the cells of the mean residual, per axis, less the variance of a mean of so many noisy residuals.
+// Rms over the cells of the mean residual of a cell, per axis. The variance that random noise gives the mean of the
+// residuals of a cell is subtracted.
 double systematic_residual(const CameraAssessment& camera) {
   double sum = 0.0;
   int cells = 0;

@@ -24,7 +24,7 @@ constexpr double kEpipolarGateOfUnknownLens_px = 8.0;
 // A larger time offset displaces moving markers by more than their centroid noise: at 1 m/s and 4 m, a focal length of
 // 1100 px gives 0.4 px in 1.5 ms.
 constexpr double kMaxTimeOffset_s = 1.5e-3;
-// The offset must be so many standard deviations to be sure of it. Chosen by hand; not yet measured.
+// A time offset is reported only if it is at least this many standard deviations. Chosen by hand; not yet measured.
 constexpr double kTimeOffsetSigmas = 6.0;
 
 // Smallest fraction of the wand markers detected by a camera that must be where the other cameras predict them. Chosen

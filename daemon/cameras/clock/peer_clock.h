@@ -25,17 +25,17 @@ struct PeerLine {
   Timestamp to_host(Timestamp peer) const { return peer + offset + from_s(drift * to_s(peer - peer_at)); }
 };
 
-/// A line that something else than the echoes measured.
+/// A line that was measured independently of the echoes, by PTP.
 struct MeasuredLine {
   PeerLine line;
   Duration uncertainty{};  ///< standard deviation of the offset
 };
 
-/// What the line of a PeerClock rests on.
+/// The measurement from which the line of a PeerClock comes.
 enum class PeerLineSource {
-  Echoes,        ///< no other measurement, or a less certain one
-  Measured,      ///< the line measured otherwise
-  Contradicted,  ///< the echoes; the line measured otherwise is outside of what they bound
+  Echoes,        ///< the echoes: there is no MeasuredLine, or it is less certain
+  Measured,      ///< the MeasuredLine
+  Contradicted,  ///< the echoes: the MeasuredLine lies outside the bound that they give
 };
 
 /// Converts times of another machine's clock to the host's clock, from echoes over one or several connections.

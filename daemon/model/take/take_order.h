@@ -21,7 +21,7 @@ struct TakeOrder {
   std::string name = {};       ///< Start: name of the take; empty: by [takes] name
   std::string slate = {};      ///< Start, Next; empty: the slate of the last take
   std::string text = {};       ///< Start, Next: notes; Mark: the text of the mark
-  Duration before{};           ///< Start, Next: the take begins so much earlier
+  Duration before{};           ///< Start, Next: pre-roll: the take begins this long before its start time
   Duration length{};           ///< Start, Next: the take ends after this time; zero: at Stop
   Duration countdown{};        ///< Start, Next: the take starts after this time
   std::int64_t at_utc_ns = 0;  ///< Start, Next: the take starts at this time; 0: at once

@@ -30,11 +30,11 @@ struct BufferedMessage {
   std::string_view bytes;
 };
 
-/// The last seconds of encoded messages, in a memory of fixed size that is filled in a circle.
+/// A ring buffer of fixed size with the encoded messages of the last seconds.
 ///
-/// One thread adds and never waits for a disk; another one reads what a take needs. Messages leave when they are older
-/// than `keep` and no take still needs them, and in any case when the memory is full: what a take then lacks is
-/// counted.
+/// One thread adds messages and never waits for a disk; a second thread reads the messages of a take. A message is
+/// removed when it is older than `keep` and the take does not need it. If the buffer is full, the oldest messages are
+/// removed in any case; those that the take had not read yet are counted in lost().
 class TakeBuffer {
  public:
   TakeBuffer(std::size_t capacity_bytes, Duration keep);
@@ -53,7 +53,7 @@ class TakeBuffer {
     std::uint64_t images = 0;
     std::uint64_t others = 0;
   };
-  /// What left the full memory before the take of the last `hold` had it.
+  /// Messages that the full buffer removed or refused, since the last hold(), before the take had read them.
   Lost lost() const;
 
  private:

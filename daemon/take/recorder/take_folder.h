@@ -33,7 +33,8 @@ class TakeFolder {
   const TakesSettings& settings_;
 };
 
-/// Fails with Io if the file has no name any more: a take in a folder that was removed would vanish with the last byte.
+/// Fails with Io if no file has this path any more: if the file or its folder was removed while a take is written, the
+/// data are lost when the file is closed.
 Status check_file(const std::string& path);
 
 }  // namespace mocap::take

@@ -23,8 +23,8 @@ class WaitingStart {
 
   bool waits() const noexcept { return order_.has_value(); }
 
-  /// Waits for the start of this order. Returns a sentence for the operator. Fails with InvalidArgument if there is no
-  /// such timecode or no source of timecode.
+  /// Stores the order until take_due() returns it; does not block. Replaces an order that waits. Returns a sentence for
+  /// the operator. Fails with InvalidArgument if there is no such timecode or no source of timecode.
   Result<std::string> begin(const TakeOrder& order, Timestamp now);
   void set_timecode(const TimecodeHealth& timecode, Timestamp now);
   /// The order whose instant has come; it no longer waits.

@@ -224,7 +224,7 @@ class Nats {
 
 // ---- The program ----
 
-/** What came of one subject. */
+/** The messages that were received for one subject: counts, ages, and the newest message. */
 class Received {
   parts = new Map();
   number = null;

@@ -225,7 +225,7 @@ def token(name):
 # ---- The program ----
 
 class Received:
-    """What came of one subject."""
+    """The messages that were received for one subject: counts, ages, and the newest message."""
 
     def __init__(self):
         self.parts, self.number, self.next_sequence = {}, None, None

@@ -27,7 +27,7 @@ struct Server {
 /// nats:// has TLS beyond this machine. Returns nothing if the text is no such server.
 std::optional<Server> read_server(std::string_view text);
 
-/// With what the relay introduces itself to the server. All empty: with nothing.
+/// The credentials that the relay sends to the server. All empty: the relay connects without credentials.
 struct Credentials {
   std::string user = {};  // the initialisers avoid a warning if a member is omitted
   std::string password = {};

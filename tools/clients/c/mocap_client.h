@@ -496,7 +496,7 @@ typedef struct mocap_request {
   /* For TAKE_START and TAKE_NEXT; NULL and 0 are the defaults. */
   const char* slate;  /* NULL: the slate of the last take */
   const char* text;   /* notes; for TAKE_MARK: the text of the mark */
-  double before_s;    /* the take begins so much earlier */
+  double before_s;    /* pre-roll: the take begins this long before its start time */
   double seconds;     /* the take ends after this time; 0: at TAKE_STOP */
   double countdown_s; /* the take starts after this time */
   int64_t at_utc_ns;  /* the take starts at this time; 0: at once */

@@ -346,8 +346,8 @@ public sealed class Control : IDisposable {
   /// The daemon reads its configuration again; what did not change continues. Nothing changes if the configuration has a fault.
   public string Reload(int timeoutMs = 0) { return Ask(NewRequest(Native.RequestKind.Reload, timeoutMs)); }
 
-  /// Records a take. name: of the file; null: by [takes] name. beforeS: the take begins so much earlier. seconds: its length; 0:
-  /// until StopTake. countdownS, atUtcNs: the take starts later.
+  /// Records a take. name: of the file; null: by [takes] name. beforeS: pre-roll: the take begins this long before its start
+  /// time. seconds: its length; 0: until StopTake. countdownS, atUtcNs: the take starts later.
   public string StartTake(string name = null, string slate = null, string notes = null, double beforeS = 0, double seconds = 0,
                           double countdownS = 0, long atUtcNs = 0) {
     Native.Request request = NewRequest(Native.RequestKind.TakeStart);

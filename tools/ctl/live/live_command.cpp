@@ -119,7 +119,9 @@ cli::App* add(cli::App& parent, const char* name, const char* what, const char* 
 void add_take_times(cli::App& command, LiveOptions& options) {
   command.add_option("--slate", options.request.take.slate, "what is recorded; the takes are numbered within it");
   command.add_option("--notes", options.request.take.text, "notes for the take");
-  command.add_option("--before", options.before_s, "the take begins so many seconds earlier; see [takes] before_s")
+  command
+      .add_option("--before", options.before_s,
+                  "pre-roll: the take begins this many seconds before its start time; see [takes] before_s")
       ->check(cli::Range(0.0, 600.0));
   command.add_option("--seconds", options.seconds, "the take ends after this time; default: at take stop")
       ->check(cli::Range(0.0, 604800.0));

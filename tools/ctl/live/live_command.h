@@ -22,19 +22,19 @@ struct LiveOptions {
   double exposure_us = 0.0;
   double gain_db = -1.0;
   std::filesystem::path subject_file;
-  double before_s = 0.0;  ///< of take start and take next, as the next three
-  double seconds = 0.0;
-  double countdown_s = 0.0;
-  std::string at;
-  std::filesystem::path shots_file;     ///< of take shots import
-  bool csv = false;                     ///< of take shots list
-  std::string wand = "500";             ///< of calibrate wand, as the next; `seconds`: the largest duration
-  cli::FloorOptions floor;              ///< of calibrate floor
-  std::vector<std::string> rectangles;  ///< of mask draw, as the next
-  std::vector<std::string> polygons;
-  std::size_t number = 0;  ///< of mask remove, as the next
-  bool all = false;
-  bool dry_run = false;  ///< of calibrate wand and calibrate floor
+  double before_s = 0.0;                ///< take start, take next
+  double seconds = 0.0;                 ///< take start, take next: length; calibrate wand: largest duration
+  double countdown_s = 0.0;             ///< take start, take next
+  std::string at;                       ///< take start, take next
+  std::filesystem::path shots_file;     ///< take shots import
+  bool csv = false;                     ///< take shots list
+  std::string wand = "500";             ///< calibrate wand
+  cli::FloorOptions floor;              ///< calibrate floor
+  std::vector<std::string> rectangles;  ///< mask draw
+  std::vector<std::string> polygons;    ///< mask draw
+  std::size_t number = 0;               ///< mask remove
+  bool all = false;                     ///< mask remove
+  bool dry_run = false;                 ///< calibrate wand, calibrate floor
 };
 
 /// Adds the commands that send a request to a running daemon. The parser sets `options.run` to the chosen command. Call

@@ -11,12 +11,12 @@
 
 namespace mocap::benchmark {
 
-/// From what the bone lengths and marker offsets of the person are known.
+/// The source of the bone lengths and marker offsets of the person.
 enum class SkeletonKnown {
   Given,      ///< the true body
   FirstFive,  ///< fitted to the labelled markers of the first 5 s, which begin with the T-pose
   All,        ///< fitted to the labelled markers of the whole clip
-  Live,       ///< of the marker set and what the daemon learns of it, as of an unknown person
+  Live,       ///< the marker set; the daemon fits the body while it tracks, as for an unknown person
   Bound,      ///< the true body and the true labels: no run of the daemon, but skeleton_bound
 };
 

@@ -27,8 +27,8 @@ struct ChunkTakes {
 /// cut off, or was repaired, so that its end may be missing. The message names the file.
 Result<ChunkTakes> open_chunks(const std::vector<std::filesystem::path>& files);
 
-/// Of what the joined take of these chunks is made; some of its chunks may be missing. Fails as open_chunks does
-/// otherwise.
+/// The digest of the inputs of the joined take (as ChunkTakes::made_of). Some of its chunks may be missing; otherwise
+/// fails as open_chunks does.
 Result<std::string> made_of(const std::vector<std::filesystem::path>& chunks);
 
 }  // namespace mocap::join

@@ -15,7 +15,8 @@ namespace mocap::join {
 struct JoinOrder {
   std::vector<std::filesystem::path> chunks;
   std::filesystem::path out;  ///< the joined take; ends in .mcap
-  /// If the joined take is there and whole, nothing is done. Of the chunks, those that are left have to be of it.
+  /// If `out` exists and is a whole joined take of these chunks, join() keeps it and does nothing; chunks may have been
+  /// deleted. If `out` is another file, join() fails with InvalidArgument.
   bool resume = false;
 };
 

@@ -2,11 +2,11 @@
 
 namespace mocap::offline {
 
-/// Two labels of one marker in the same images, which two passes gave, are nearer than this: markers are 14 mm wide.
+/// The positions that two passes give one marker in the same images differ by less than this: markers are 14 mm wide.
 inline constexpr double kSameMarker_m = 0.010;
-/// Labels measured by both passes from which their agreement about a subject is judged.
+/// Smallest number of labels that both passes measured, for a comparison of the passes.
 inline constexpr int kFewestLabels = 4;
-/// Of these labels, the share within kSameMarker_m if both passes agree.
+/// The passes agree about a subject if at least this share of these labels is within kSameMarker_m.
 inline constexpr double kAgreeingShare = 0.8;
 
 }  // namespace mocap::offline

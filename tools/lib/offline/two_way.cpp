@@ -24,8 +24,9 @@ bool is_taken(const Snapshot& snapshot, const WorldPoint& at) {
   });
 }
 
-// A measured label of the backward pass, with the track that the forward pass has there. That marker has a label now.
-LabelledMarker claimed(LabelledMarker marker, Snapshot& from) {
+// Returns a label of the backward pass. A measured label gets the track of the unlabelled marker that the forward pass
+// has at its position; this marker is then removed from `from.unlabelled`.
+LabelledMarker take_over_label(LabelledMarker marker, Snapshot& from) {
   marker.track = {};
   if (marker.state != LabelState::Measured) return marker;
   const auto nearest = std::ranges::min_element(
@@ -83,8 +84,8 @@ Snapshot TwoWay::join(const Pass& forward, const Pass& backward) {
   return joined;
 }
 
-// A subject of which a marker has the label of another subject already is left alone, and one that is only predicted:
-// in the dark the forward pass gave up, and the backward pass knows no more.
+// Takes a subject over from the backward pass. Does nothing if fewer than kFewestLabels of its labels were measured
+// (the subject is then mostly predicted), or if a measured label of `into` is at one of its markers.
 void TwoWay::start_subject(std::size_t index, const Pass& backward, std::size_t from, Snapshot& into) const {
   const SubjectLabels& found = backward.snapshot.labels[from];
   const auto is_measured = [](const LabelledMarker& marker) { return marker.state == LabelState::Measured; };
@@ -93,7 +94,7 @@ void TwoWay::start_subject(std::size_t index, const Pass& backward, std::size_t 
     if (is_measured(marker) && is_taken(into, marker.position)) return;
   }
   SubjectLabels started = found;
-  for (LabelledMarker& marker : started.markers) marker = claimed(marker, into);
+  for (LabelledMarker& marker : started.markers) marker = take_over_label(marker, into);
   into.labels[index] = started;
   const std::size_t pose = index_of(backward.snapshot.poses, found.subject);
   if (pose == backward.snapshot.poses.size()) return;
@@ -112,7 +113,7 @@ void TwoWay::fill_labels(const SubjectLabels& from, const std::vector<float>& fo
     const LabelledMarker& other = from.markers[m];
     if (own.state == LabelState::Measured || other.state == LabelState::Lost) continue;
     if (other.state == LabelState::Measured) {
-      if (!is_taken(all, other.position)) own = claimed(other, all);
+      if (!is_taken(all, other.position)) own = take_over_label(other, all);
     } else if (own.state == LabelState::Filled && own.cameras == 0 && other.cameras == 0) {
       const double share = forward_share(forward_ages[m], backward_ages[m]);
       own.position.v = share * own.position.v + (1.0 - share) * other.position.v;

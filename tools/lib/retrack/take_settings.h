@@ -15,7 +15,7 @@ namespace mocap::retrack {
 struct OtherFiles {
   std::filesystem::path settings = {};  ///< a configuration
   std::filesystem::path rig = {};
-  /// A folder with a file NAME.toml for the body of each subject NAME that it replaces.
+  /// A folder of subject files: NAME.toml replaces the body of the subject NAME. Subjects without a file keep theirs.
   std::filesystem::path subjects = {};
 };
 
@@ -32,7 +32,8 @@ struct TakeSettings {
 /// Io.
 Result<TakeSettings> load_take_settings(const take::TakeReader& take, const OtherFiles& others);
 
-/// Gives the subjects the bodies of a description, as far as it has other ones with the same markers and bones.
+/// Replaces bone lengths and marker offsets of each subject by those of the subject of the same name in `description`,
+/// and marks the subject as fitted. Leaves out a subject with other markers or bones, and one whose offsets are equal.
 void use_bodies(const Description& description, settings::DaemonSettings& settings);
 
 }  // namespace mocap::retrack

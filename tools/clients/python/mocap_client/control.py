@@ -126,8 +126,8 @@ class Control:
         return self._do(timeout_s, reload={})
 
     def start_take(self, name="", slate="", notes="", before_s=0.0, seconds=0.0, countdown_s=0.0, at_utc_ns=0):
-        """Records a take. name: of the file, "": by [takes] name; before_s: the take begins so much earlier; seconds: its length, 0:
-        until stop_take; countdown_s, at_utc_ns: the take starts later."""
+        """Records a take. name: of the file, "": by [takes] name; before_s: pre-roll: the take begins this long before its start
+        time; seconds: its length, 0: until stop_take; countdown_s, at_utc_ns: the take starts later."""
         return self._take("START", name=name, slate=slate, text=notes, before_s=before_s, seconds=seconds, countdown_s=countdown_s,
                           at_utc_ns=at_utc_ns)
 

@@ -49,18 +49,19 @@ def index_of(kind, name, owner, known):
 
 @dataclasses.dataclass
 class Bones:
-    """One row for each bone, in the order of `names`; no rows unless the subject is tracked. Single precision."""
+    """One row for each bone, in the order of `names`; no rows unless the subject is tracked. Single precision. In the axes and the length
+    unit of the client (axes="unreal": cm, otherwise m)."""
 
     names: list
-    parents: np.ndarray  # -1: the root
-    states: np.ndarray
-    confidences: np.ndarray  # 0 to 1
+    parents: np.ndarray  # (n,) index of the parent; -1: the root
+    states: np.ndarray  # (n,) State
+    confidences: np.ndarray  # (n,) 0 to 1
     positions: np.ndarray  # (n, 3) positions of the joints in the world
-    rotations: np.ndarray  # (n, 4) x y z w
-    local_positions: np.ndarray  # in the parent's frame
-    local_rotations: np.ndarray
-    velocities: np.ndarray  # 0 if the feed omits them
-    spins: np.ndarray
+    rotations: np.ndarray  # (n, 4) x y z w, from the bone's frame to the world
+    local_positions: np.ndarray  # (n, 3) positions of the joints in the parent's frame
+    local_rotations: np.ndarray  # (n, 4) x y z w, from the bone's frame to the parent's frame
+    velocities: np.ndarray  # (n, 3) of the joints in the world, length unit per s; 0 if the feed omits them
+    spins: np.ndarray  # (n, 3) angular velocities in the world, rad/s; 0 if the feed omits them
 
     def __len__(self):
         return len(self.positions)

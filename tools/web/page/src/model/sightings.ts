@@ -4,9 +4,10 @@ import type { Sightings } from "../../gen/mocap/v1/sightings_pb";
 import type { Vec3 } from "./camera_view";
 import { fixed } from "./format";
 
-/** An ellipsoid is drawn at so many standard deviations, */
+/** Half axes of a drawn ellipsoid, in standard deviations of the position. */
 export const kSigmas = 3;
-/** and so many times as large: 0.1 mm, as four simulated cameras have, would hide in the mark of its marker. That of a position that was filled in has its true size. */
+/** Enlargement of the ellipsoid of a measured position: its true size, about 0.1 mm with four simulated cameras, is smaller than the mark of
+ * the marker. The ellipsoid of a filled position is drawn in its true size. */
 export const kEnlarged = 100;
 
 /** The columns of a lower triangular matrix L with L L^T = covariance: they span the ellipsoid of one standard deviation. */
