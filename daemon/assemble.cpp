@@ -142,7 +142,7 @@ std::unique_ptr<TakeRecorder> make_takes(const settings::DaemonSettings& setting
 // Null if takes have no remote triggers.
 Result<std::unique_ptr<runtime::TriggerParts>> open_trigger(const settings::DaemonSettings& settings) {
   const trigger::TriggerSettings& wanted = settings.trigger;
-  if (!records_takes(settings) || !(wanted.listens() || wanted.tells())) {
+  if (!records_takes(settings) || !(wanted.listens() || wanted.has_receivers())) {
     return std::unique_ptr<runtime::TriggerParts>{};
   }
   Result<std::unique_ptr<DatagramPort>> port = trigger::open_udp_port(wanted);
@@ -205,7 +205,7 @@ Description describe(const settings::DaemonSettings& settings, std::string sessi
   return description;
 }
 
-fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
+fusion::FusionParts assemble_fusion_parts(const settings::DaemonSettings& settings) {
   if (settings.node.on()) return fusion::make_idle_parts();
   fusion::FusionParts row;
   const Rig rig = associate::with_blind_models(settings.rig);
@@ -222,7 +222,8 @@ fusion::FusionParts assemble_row(const settings::DaemonSettings& settings) {
 }
 
 std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& settings) {
-  return std::make_unique<fusion::Fusion>(assemble_row(settings), static_cast<std::uint32_t>(settings.rig.size()));
+  return std::make_unique<fusion::Fusion>(assemble_fusion_parts(settings),
+                                          static_cast<std::uint32_t>(settings.rig.size()));
 }
 
 std::unique_ptr<SearchExplainer> assemble_explainer(const settings::DaemonSettings& settings) {

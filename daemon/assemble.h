@@ -45,9 +45,9 @@ bool is_replay(const settings::DaemonSettings& settings);
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now);
 
 /// Constructs the parts of the fusion, from matcher to skeleton solver, according to the settings.
-fusion::FusionParts assemble_row(const settings::DaemonSettings& settings);
+fusion::FusionParts assemble_fusion_parts(const settings::DaemonSettings& settings);
 
-/// Constructs the fusion with the parts of `assemble_row`.
+/// Constructs the fusion with the parts of `assemble_fusion_parts`.
 std::unique_ptr<fusion::Fusion> assemble_fusion(const settings::DaemonSettings& settings);
 
 /// Constructs the explainer of failed searches, with the thresholds of the search and the marker sets of the

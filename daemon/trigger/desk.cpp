@@ -16,7 +16,7 @@
 #include "trigger/osc_packet.h"
 #include "trigger/receivers.h"
 #include "trigger/repeat_memory.h"
-#include "trigger/strangers.h"
+#include "trigger/unlisted_senders.h"
 #include "trigger/xml_packet.h"
 
 namespace mocap::trigger {
@@ -57,7 +57,7 @@ struct Take {
   std::string name;  // empty: not known before its start
   std::string path;
   bool waiting = false;
-  bool start_told = false, stop_told = false;  // to receivers
+  bool start_sent = false, stop_sent = false;  // to receivers
   bool stopping = false;
   std::optional<Caller> starter = {};
   std::vector<Caller> stoppers = {};
@@ -85,7 +85,7 @@ class Desk final : public TriggerDesk {
     if (protocol == Protocol::Answers) {
       receive_answer(datagram, now);
     } else if (!senders_.contains(datagram.peer.address)) {
-      refuse_stranger(datagram.peer.address, now);
+      refuse_unlisted(datagram.peer.address, now);
     } else {
       receive_request(datagram, protocol, now);
     }
@@ -104,8 +104,8 @@ class Desk final : public TriggerDesk {
 
   void line(bool refused, std::string text) { actions_.lines.push_back({refused, printable(std::move(text))}); }
 
-  void refuse_stranger(std::uint32_t address, Timestamp now) {
-    if (auto text = strangers_.note(address, now)) line(true, *std::move(text));
+  void refuse_unlisted(std::uint32_t address, Timestamp now) {
+    if (auto text = unlisted_senders_.note(address, now)) line(true, *std::move(text));
   }
 
   static Result<Request> read(const Datagram& datagram, Protocol protocol) {
@@ -157,7 +157,7 @@ class Desk final : public TriggerDesk {
     if (const Result<Request> request = read(datagram, Protocol::Xml); request && receivers_.is_own(*request)) {
       return confirm(*request, from);
     }
-    if (!receivers_.contains(datagram.peer.address)) return refuse_stranger(datagram.peer.address, now);
+    if (!receivers_.contains(datagram.peer.address)) return refuse_unlisted(datagram.peer.address, now);
     line(false, fmt::format("{} answers: {}", from, datagram.bytes));
   }
 
@@ -239,7 +239,7 @@ class Desk final : public TriggerDesk {
     take_->stopping = true;
     answer_stop(caller, "SUCCESS", take_->name, take_->path);
     if (take_->stoppers.size() < kMaxStoppers) take_->stoppers.push_back(caller);
-    tell_stop("SUCCESS");
+    notify_stop("SUCCESS");
   }
 
   void observe(const TakeHealth& take) {
@@ -255,7 +255,7 @@ class Desk final : public TriggerDesk {
     take_->name = name;
     take_->path = std::string(text_of(take.path));
     take_->waiting = take.state == TakeState::Waiting;
-    if (!take_->waiting) tell_start();
+    if (!take_->waiting) notify_start();
   }
 
   // `state`: None if it is not known whether the file is complete.
@@ -263,14 +263,14 @@ class Desk final : public TriggerDesk {
     const Take take = *std::exchange(take_, std::nullopt);
     const char* result = result_of(state);
     ended_ = {take.name, take.path, result};
-    const bool tells_starter = take.starter && !addresses(take.stoppers).contains(take.starter->peer.address);
+    const bool answers_starter = take.starter && !addresses(take.stoppers).contains(take.starter->peer.address);
     if (take.waiting) {  // its start was promised
-      if (tells_starter) answer_stop(*take.starter, result, take.name, {});
+      if (answers_starter) answer_stop(*take.starter, result, take.name, {});
       return;
     }
-    tell_end(take, result, state != TakeState::None);
+    notify_end(take, result, state != TakeState::None);
     if (state == TakeState::None) return;
-    if (tells_starter) complete(*take.starter, result, take.name, take.path);
+    if (answers_starter) complete(*take.starter, result, take.name, take.path);
     for (const Caller& caller : take.stoppers) complete(caller, result, take.name, take.path);
   }
 
@@ -326,11 +326,11 @@ class Desk final : public TriggerDesk {
 
   // --- our own packets ---
 
-  void tell(const CapturePacket& packet, const std::set<std::uint32_t>& but) {
-    const std::size_t told = receivers_.tell(packet, but, actions_.packets);
-    if (told == 0) return;
+  void notify(const CapturePacket& packet, const std::set<std::uint32_t>& but) {
+    const std::size_t notified = receivers_.notify(packet, but, actions_.packets);
+    if (notified == 0) return;
     line(false,
-         fmt::format("told {} receivers: {} of '{}' {}", told, name_of(packet.verb), packet.name, packet.result));
+         fmt::format("sent {} of '{}' {} to {} receivers", name_of(packet.verb), packet.name, packet.result, notified));
   }
 
   static CapturePacket packet_of(const Take& take, Verb verb, const char* result) {
@@ -345,23 +345,23 @@ class Desk final : public TriggerDesk {
     return all;
   }
 
-  void tell_start() {
-    if (std::exchange(take_->start_told, true)) return;
-    tell(packet_of(*take_, Verb::Start, ""),
-         take_->starter ? std::set{take_->starter->peer.address} : std::set<std::uint32_t>{});
+  void notify_start() {
+    if (std::exchange(take_->start_sent, true)) return;
+    notify(packet_of(*take_, Verb::Start, ""),
+           take_->starter ? std::set{take_->starter->peer.address} : std::set<std::uint32_t>{});
   }
 
-  void tell_stop(const char* result) {
-    if (std::exchange(take_->stop_told, true)) return;
-    tell(packet_of(*take_, Verb::Stop, result), addresses(take_->stoppers));
+  void notify_stop(const char* result) {
+    if (std::exchange(take_->stop_sent, true)) return;
+    notify(packet_of(*take_, Verb::Stop, result), addresses(take_->stoppers));
   }
 
-  void tell_end(const Take& take, const char* result, bool complete) {
-    if (!take.stop_told) tell(packet_of(take, Verb::Stop, result), addresses(take.stoppers));
+  void notify_end(const Take& take, const char* result, bool complete) {
+    if (!take.stop_sent) notify(packet_of(take, Verb::Stop, result), addresses(take.stoppers));
     if (!complete) return;
     std::set<std::uint32_t> but = addresses(take.stoppers);
     if (take.starter) but.insert(take.starter->peer.address);
-    tell(packet_of(take, Verb::Complete, result), but);
+    notify(packet_of(take, Verb::Complete, result), but);
   }
 
   const TriggerSettings settings_;
@@ -371,7 +371,7 @@ class Desk final : public TriggerDesk {
   TriggerActions actions_;  // of the call in progress
 
   RepeatMemory memory_;
-  Strangers strangers_;
+  UnlistedSenders unlisted_senders_;
   std::map<std::uint64_t, Caller> pending_;  // by number of the order
   std::uint64_t orders_ = 0;
   std::optional<Take> take_;

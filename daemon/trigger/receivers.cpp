@@ -29,40 +29,40 @@ bool Receivers::contains(std::uint32_t address) const {
   return std::ranges::any_of(xml_, is_it) || std::ranges::any_of(osc_, is_it);
 }
 
-std::size_t Receivers::tell(const CapturePacket& packet, const std::set<std::uint32_t>& but,
-                            std::vector<Datagram>& packets) {
-  const std::size_t told = tell_xml(packet, but, packets);
-  return packet.verb == Verb::Complete ? told : told + tell_osc(packet, but, packets);
+std::size_t Receivers::notify(const CapturePacket& packet, const std::set<std::uint32_t>& but,
+                              std::vector<Datagram>& packets) {
+  const std::size_t notified = notify_xml(packet, but, packets);
+  return packet.verb == Verb::Complete ? notified : notified + notify_osc(packet, but, packets);
 }
 
-std::size_t Receivers::tell_xml(const CapturePacket& packet, const std::set<std::uint32_t>& but,
-                                std::vector<Datagram>& packets) {
+std::size_t Receivers::notify_xml(const CapturePacket& packet, const std::set<std::uint32_t>& but,
+                                  std::vector<Datagram>& packets) {
   CapturePacket numbered = packet;
   numbered.packet_id = fmt::format("{}", next_packet_id_);
-  std::size_t told = 0;
+  std::size_t notified = 0;
   for (const Peer& receiver : xml_) {
     if (but.contains(receiver.address)) continue;
     packets.push_back({socket_, receiver, write_capture(numbered)});
-    ++told;
+    ++notified;
   }
-  if (told == 0) return 0;
+  if (notified == 0) return 0;
   ++next_packet_id_;
   own_.emplace_back(numbered.packet_id, packet.name);
   if (own_.size() > kMaxOwn) own_.pop_front();
-  return told;
+  return notified;
 }
 
-std::size_t Receivers::tell_osc(const CapturePacket& packet, const std::set<std::uint32_t>& but,
-                                std::vector<Datagram>& packets) {
+std::size_t Receivers::notify_osc(const CapturePacket& packet, const std::set<std::uint32_t>& but,
+                                  std::vector<Datagram>& packets) {
   const std::string message = packet.verb == Verb::Start ? write_osc("/RecordStart", {packet.name, ++osc_takes_})
                                                          : write_osc("/RecordStop", {});
-  std::size_t told = 0;
+  std::size_t notified = 0;
   for (const Peer& receiver : osc_) {
     if (but.contains(receiver.address)) continue;
     packets.push_back({socket_, receiver, message});
-    ++told;
+    ++notified;
   }
-  return told;
+  return notified;
 }
 
 }  // namespace mocap::trigger

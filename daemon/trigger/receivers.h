@@ -15,7 +15,7 @@
 
 namespace mocap::trigger {
 
-/// The programs that are told about our takes, in XML or in OSC. Opens nothing.
+/// The programs that are notified about our takes, in XML or in OSC. Opens nothing.
 class Receivers {
  public:
   /// `socket`: index of the socket that sends. The packets are numbered from `first_packet_id` on.
@@ -23,16 +23,18 @@ class Receivers {
 
   /// Appends a packet for each receiver, except those at the addresses `but`. Returns their number. OSC knows no
   /// packet for Verb::Complete.
-  std::size_t tell(const CapturePacket& packet, const std::set<std::uint32_t>& but, std::vector<Datagram>& packets);
+  std::size_t notify(const CapturePacket& packet, const std::set<std::uint32_t>& but, std::vector<Datagram>& packets);
 
-  /// Whether this is one of the last 64 packets of tell(): an answer to it has its PacketID and name.
+  /// Whether this is one of the last 64 packets of notify(): an answer to it has its PacketID and name.
   bool is_own(const Request& request) const;
   /// Whether a receiver has this address.
   bool contains(std::uint32_t address) const;
 
  private:
-  std::size_t tell_xml(const CapturePacket& packet, const std::set<std::uint32_t>& but, std::vector<Datagram>& packets);
-  std::size_t tell_osc(const CapturePacket& packet, const std::set<std::uint32_t>& but, std::vector<Datagram>& packets);
+  std::size_t notify_xml(const CapturePacket& packet, const std::set<std::uint32_t>& but,
+                         std::vector<Datagram>& packets);
+  std::size_t notify_osc(const CapturePacket& packet, const std::set<std::uint32_t>& but,
+                         std::vector<Datagram>& packets);
 
   std::vector<Peer> xml_, osc_;
   std::size_t socket_;

@@ -103,7 +103,7 @@ std::vector<SocketUse> sockets_of(const TriggerSettings& trigger) {
     add_to(sockets, Protocol::Xsens, trigger.xsens_ports);
     add_to(sockets, Protocol::Osc, trigger.osc_ports);
   }
-  if (trigger.tells()) sockets.push_back({Protocol::Answers, 0});
+  if (trigger.has_receivers()) sockets.push_back({Protocol::Answers, 0});
   return sockets;
 }
 

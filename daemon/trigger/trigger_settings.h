@@ -20,7 +20,7 @@ struct TriggerSettings {
   std::vector<std::string> osc_receivers = {};
 
   bool listens() const { return listen != "none"; }
-  bool tells() const { return !xml_receivers.empty() || !osc_receivers.empty(); }
+  bool has_receivers() const { return !xml_receivers.empty() || !osc_receivers.empty(); }
 };
 
 void declare_keys(KeyVisitor& keys, TriggerSettings& trigger);

@@ -23,7 +23,7 @@ using ::testing::IsEmpty;
 
 const Peer kController{*read_address("10.0.0.7"), 4000};
 const Peer kSecond{*read_address("10.0.0.8"), 4000};
-const Peer kStranger{*read_address("10.0.0.66"), 4000};
+const Peer kUnlisted{*read_address("10.0.0.66"), 4000};
 const Peer kFollower{*read_address("10.0.0.9"), 30};
 constexpr std::size_t kXml = 0, kXsens = 1, kOsc = 2, kAnswers = 3;
 constexpr std::uint64_t kFirstId = 1000;
@@ -195,13 +195,13 @@ TEST_F(DeskTest, DoesNotStopAnotherTake) {
 }
 
 TEST_F(DeskTest, RefusesSendersThatAreNotListedSilently) {
-  const TriggerActions refused = receive(start_packet("walk", "7"), kStranger);
+  const TriggerActions refused = receive(start_packet("walk", "7"), kUnlisted);
 
   EXPECT_FALSE(refused.order);
   EXPECT_THAT(refused.packets, IsEmpty());
   ASSERT_EQ(refused.lines.size(), 1U);
   EXPECT_THAT(refused.lines[0].text, HasSubstr("10.0.0.66, not in [trigger] senders"));
-  EXPECT_THAT(receive(start_packet("walk", "7"), kStranger).lines, IsEmpty());
+  EXPECT_THAT(receive(start_packet("walk", "7"), kUnlisted).lines, IsEmpty());
 }
 
 TEST_F(DeskTest, LogsWhyAPacketIsRefused) {
@@ -242,7 +242,7 @@ TEST_F(DeskTest, DoesNotTellAReceiverWhatTheReceiverOrdered) {
 }
 
 TEST_F(DeskTest, TakesAnEchoOfItsOwnPacketsAsNoOrder) {
-  hear(take_in(TakeState::Recording, "run"));  // told with PacketID 1000
+  hear(take_in(TakeState::Recording, "run"));  // notified with PacketID 1000
 
   for (const auto& [from, socket] : {std::pair(kFollower, kAnswers), std::pair(kController, kXml)}) {
     const TriggerActions echoed = receive(start_packet("run", "1000"), from, socket);
@@ -253,7 +253,7 @@ TEST_F(DeskTest, TakesAnEchoOfItsOwnPacketsAsNoOrder) {
   EXPECT_TRUE(receive(stop_packet("run", "1000", "FAIL"), kFollower, kAnswers).lines[0].refused);
 }
 
-// A tells B, B tells C, C tells A.
+// A notifies B, B notifies C, C notifies A.
 TEST_F(DeskTest, EndsACircleOfProgramsThatTellEachOther) {
   hear(take_in(TakeState::Recording, "run"));
 
@@ -274,7 +274,7 @@ TEST_F(DeskTest, AcceptsNoOrderOnTheSocketOfAnswers) {
   EXPECT_FALSE(refused.order);
   EXPECT_THAT(refused.packets, IsEmpty());
   EXPECT_THAT(refused.lines[0].text, HasSubstr("10.0.0.9 answers: <?xml"));
-  EXPECT_THAT(receive("x", kStranger, kAnswers).lines[0].text, HasSubstr("not in [trigger] senders"));
+  EXPECT_THAT(receive("x", kUnlisted, kAnswers).lines[0].text, HasSubstr("not in [trigger] senders"));
 }
 
 TEST_F(DeskTest, NotesThatAnotherProgramHasItsFile) {

@@ -29,7 +29,7 @@ TEST(Receivers, TellsAllByTheirProtocolExceptWhoKnows) {
   Receivers receivers(settings(), 3, 100);
   std::vector<Datagram> packets;
 
-  EXPECT_EQ(receivers.tell(start(), {kFirst}, packets), 2U);
+  EXPECT_EQ(receivers.notify(start(), {kFirst}, packets), 2U);
 
   ASSERT_EQ(packets.size(), 2U);
   EXPECT_EQ(packets[0].socket, 3U);
@@ -43,13 +43,13 @@ TEST(Receivers, OscHearsNothingOfACompleteFile) {
   Receivers receivers(settings(), 0, 1);
   std::vector<Datagram> packets;
 
-  EXPECT_EQ(receivers.tell({.verb = Verb::Complete, .name = "walk"}, {}, packets), 2U);
+  EXPECT_EQ(receivers.notify({.verb = Verb::Complete, .name = "walk"}, {}, packets), 2U);
 }
 
 TEST(Receivers, RecognisesTheLast64OfItsPackets) {
   Receivers receivers(settings(), 0, 1);
   std::vector<Datagram> packets;
-  for (int i = 0; i < 65; ++i) receivers.tell(start(), {}, packets);
+  for (int i = 0; i < 65; ++i) receivers.notify(start(), {}, packets);
 
   EXPECT_FALSE(receivers.is_own(answer_of("1", "walk")));
   EXPECT_TRUE(receivers.is_own(answer_of("2", "walk")));

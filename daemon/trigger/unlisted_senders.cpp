@@ -1,4 +1,4 @@
-#include "trigger/strangers.h"
+#include "trigger/unlisted_senders.h"
 
 #include <fmt/format.h>
 
@@ -15,20 +15,20 @@ constexpr std::uint32_t kOthers = 0;
 
 }  // namespace
 
-Strangers::Count& Strangers::count_of(std::uint32_t address, Timestamp now) {
+UnlistedSenders::Count& UnlistedSenders::count_of(std::uint32_t address, Timestamp now) {
   if (counts_.size() >= kMaxAddresses && !counts_.contains(address)) {
-    std::erase_if(counts_, [&](const auto& each) { return now - each.second.told_at > kQuiet; });
+    std::erase_if(counts_, [&](const auto& each) { return now - each.second.logged_at > kQuiet; });
     if (counts_.size() >= kMaxAddresses) address = kOthers;
   }
   return counts_.try_emplace(address, Count{0, now - 2 * kQuiet}).first->second;
 }
 
-std::optional<std::string> Strangers::note(std::uint32_t address, Timestamp now) {
+std::optional<std::string> UnlistedSenders::note(std::uint32_t address, Timestamp now) {
   Count& count = count_of(address, now);
-  ++count.untold;
-  if (now - count.told_at <= kQuiet) return std::nullopt;
-  count.told_at = now;
-  const std::uint64_t packets = std::exchange(count.untold, 0);
+  ++count.unlogged;
+  if (now - count.logged_at <= kQuiet) return std::nullopt;
+  count.logged_at = now;
+  const std::uint64_t packets = std::exchange(count.unlogged, 0);
   const auto found = counts_.find(kOthers);
   const bool others = found != counts_.end() && &found->second == &count;
   return fmt::format("refused {} from {}, not in [trigger] senders",
