@@ -29,15 +29,15 @@ struct AllowedPair {
 /// problems", Computing 38 (1987), sections 3 and 4; "unassigned" is a private column of each row.
 class Assigner {
  public:
-  static constexpr std::uint32_t kAlone = 0xFFFF'FFFF;
+  static constexpr std::uint32_t kUnassigned = 0xFFFF'FFFF;
 
   Assigner(std::size_t max_rows, std::size_t max_columns, std::size_t max_pairs);
 
-  /// Returns the column of each row, or kAlone for an unassigned row. The result is valid until the next call.
+  /// Returns the column of each row, or kUnassigned for an unassigned row. The result is valid until the next call.
   /// Preconditions: the sizes are at most those of the constructor; the row of each pair is below `rows`, its column
-  /// below `columns`. A pair that costs `cost_of_alone` or more is never assigned.
+  /// below `columns`. A pair that costs `cost_of_unassigned` or more is never assigned.
   std::span<const std::uint32_t> assign(std::size_t rows, std::size_t columns, std::span<const AllowedPair> pairs,
-                                        double cost_of_alone);
+                                        double cost_of_unassigned);
 
  private:
   struct Edge {
@@ -51,12 +51,13 @@ class Assigner {
   struct End {
     double distance;
     std::uint32_t row;
-    std::uint32_t column;  // kAlone: the row becomes unassigned
+    std::uint32_t column;  // kUnassigned: the row becomes unassigned
   };
 
-  void sort_by_row(std::size_t rows, std::size_t columns, std::span<const AllowedPair> pairs, double cost_of_alone);
-  void augment(std::uint32_t start, double cost_of_alone);
-  End shortest_path(std::uint32_t start, double cost_of_alone);
+  void sort_by_row(std::size_t rows, std::size_t columns, std::span<const AllowedPair> pairs,
+                   double cost_of_unassigned);
+  void augment(std::uint32_t start, double cost_of_unassigned);
+  End shortest_path(std::uint32_t start, double cost_of_unassigned);
   void relax(std::uint32_t row, double distance, double limit);
 
   std::size_t max_rows_, max_columns_, max_pairs_;

@@ -33,7 +33,7 @@ void AnyPoseFinder::assign(std::vector<int>& point_of_marker) {
   }
   const auto columns = assigner_.assign(set_.markers.size(), cloud_.size(), pairs_, kGate2);
   for (std::size_t m = 0; m < set_.markers.size(); ++m)
-    point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
+    point_of_marker[m] = columns[m] == geometry::Assigner::kUnassigned ? -1 : static_cast<int>(columns[m]);
 }
 
 // Fits the body to its points, from the pose of `fit_`.

@@ -175,8 +175,8 @@ void TPoseFinder::assign(std::span<const Eigen::Vector3d> points, double gate_m,
   const auto columns = assigner_.assign(warped_.size(), points.size(), pairs_, gate_m * gate_m);
   into.matched = 0;
   for (std::size_t m = 0; m < warped_.size(); ++m) {
-    into.point_of_marker[m] = columns[m] == geometry::Assigner::kAlone ? -1 : static_cast<int>(columns[m]);
-    into.matched += columns[m] == geometry::Assigner::kAlone ? 0 : 1;
+    into.point_of_marker[m] = columns[m] == geometry::Assigner::kUnassigned ? -1 : static_cast<int>(columns[m]);
+    into.matched += columns[m] == geometry::Assigner::kUnassigned ? 0 : 1;
   }
 }
 

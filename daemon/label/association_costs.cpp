@@ -142,7 +142,8 @@ void SubjectLabeller::build_costs(const LabelledTracks& tracks, std::size_t firs
 void SubjectLabeller::release_unassigned(std::span<const std::uint32_t> columns, LabelledTracks& tracks) {
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     const bool stays = previous_tracks_[m] >= 0 && columns[m] == static_cast<std::uint32_t>(previous_tracks_[m]);
-    const bool coasts = previous_tracks_[m] >= 0 && columns[m] == geometry::Assigner::kAlone && !is_measured(m, tracks);
+    const bool coasts =
+        previous_tracks_[m] >= 0 && columns[m] == geometry::Assigner::kUnassigned && !is_measured(m, tracks);
     if (!stays && !coasts) release(m, tracks);
   }
 }

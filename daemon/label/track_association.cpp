@@ -66,7 +66,7 @@ bool TrackAssociation::is_clear(const geometry::AllowedPair& candidate, std::spa
   return std::none_of(pairs_.begin(), pairs_.end(), [&](const geometry::AllowedPair& other) {
     if (other.cost > candidate.cost + kAssignmentMargin) return false;
     if (other.column == candidate.column && other.row != candidate.row)
-      return columns[other.row] == geometry::Assigner::kAlone;
+      return columns[other.row] == geometry::Assigner::kUnassigned;
     if (other.row == candidate.row && other.column != candidate.column)
       return std::find(columns.begin(), columns.end(), other.column) == columns.end();
     return false;
@@ -76,11 +76,11 @@ bool TrackAssociation::is_clear(const geometry::AllowedPair& candidate, std::spa
 // Fills first_pair_ and row_of_.
 void TrackAssociation::index_assignment(std::size_t rows, std::span<const std::uint32_t> columns) {
   first_pair_.assign(rows + 1, 0);
-  row_of_.assign(kMaxMarkers, geometry::Assigner::kAlone);
+  row_of_.assign(kMaxMarkers, geometry::Assigner::kUnassigned);
   for (const geometry::AllowedPair& pair : pairs_) ++first_pair_[pair.row + 1];
   for (std::size_t row = 0; row < rows; ++row) {
     first_pair_[row + 1] += first_pair_[row];
-    if (columns[row] != geometry::Assigner::kAlone) row_of_[columns[row]] = static_cast<std::uint32_t>(row);
+    if (columns[row] != geometry::Assigner::kUnassigned) row_of_[columns[row]] = static_cast<std::uint32_t>(row);
   }
 }
 
@@ -97,8 +97,8 @@ bool TrackAssociation::may_be_swapped(const geometry::AllowedPair& candidate,
   for (std::size_t i = first_pair_[candidate.row]; i < first_pair_[candidate.row + 1]; ++i) {
     const geometry::AllowedPair& alternative = pairs_[i];
     const std::uint32_t other =
-        alternative.column == candidate.column ? geometry::Assigner::kAlone : row_of_[alternative.column];
-    if (other == geometry::Assigner::kAlone) continue;
+        alternative.column == candidate.column ? geometry::Assigner::kUnassigned : row_of_[alternative.column];
+    if (other == geometry::Assigner::kUnassigned) continue;
     const double now = candidate.cost + cost_of(other, columns[other]);
     if (alternative.cost + cost_of(other, candidate.column) < now + kSwapMargin) return true;
   }

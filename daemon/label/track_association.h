@@ -44,7 +44,7 @@ class TrackAssociation {
   geometry::Assigner assigner_;
   std::vector<geometry::AllowedPair> pairs_;  // sorted by row
   std::vector<std::size_t> first_pair_;       // by row, and one past the last: index into pairs_
-  std::vector<std::uint32_t> row_of_;         // by column: the assigned row, or kAlone
+  std::vector<std::uint32_t> row_of_;         // by column: the assigned row, or kUnassigned
   std::vector<std::size_t> first_row_;        // by subject
   std::vector<SwapSuspect> swap_suspects_;
 };

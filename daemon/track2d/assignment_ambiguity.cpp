@@ -5,7 +5,7 @@
 namespace mocap::track2d {
 namespace {
 
-constexpr std::uint32_t kAlone = geometry::Assigner::kAlone;
+constexpr std::uint32_t kUnassigned = geometry::Assigner::kUnassigned;
 
 }  // namespace
 
@@ -20,9 +20,9 @@ std::span<const char> AssignmentAmbiguity::find(std::span<const geometry::Allowe
                                                 double unassigned_cost, double margin) {
   costs_.assign(columns.size(), Costs{unassigned_cost, unassigned_cost});
   ambiguous_.assign(columns.size(), 0);
-  rows_.assign(column_count, kAlone);
+  rows_.assign(column_count, kUnassigned);
   for (std::uint32_t row = 0; row < columns.size(); ++row) {
-    if (columns[row] != kAlone) rows_[columns[row]] = row;
+    if (columns[row] != kUnassigned) rows_[columns[row]] = row;
   }
   for (const geometry::AllowedPair& pair : pairs) {
     Costs& costs = costs_[pair.row];
@@ -30,12 +30,12 @@ std::span<const char> AssignmentAmbiguity::find(std::span<const geometry::Allowe
     least = std::min(least, pair.cost);
   }
   for (const geometry::AllowedPair& pair : pairs) {
-    if (columns[pair.row] == kAlone || columns[pair.row] == pair.column) continue;
+    if (columns[pair.row] == kUnassigned || columns[pair.row] == pair.column) continue;
     const std::uint32_t loser = rows_[pair.column];
-    const double of_loser = loser == kAlone ? 0.0 : costs_[loser].second - costs_[loser].assigned;
+    const double of_loser = loser == kUnassigned ? 0.0 : costs_[loser].second - costs_[loser].assigned;
     if (pair.cost - costs_[pair.row].assigned + of_loser >= margin) continue;
     ambiguous_[pair.row] = 1;
-    if (loser != kAlone) ambiguous_[loser] = 1;
+    if (loser != kUnassigned) ambiguous_[loser] = 1;
   }
   return ambiguous_;
 }

@@ -19,7 +19,8 @@ class AssignmentAmbiguity {
   AssignmentAmbiguity(std::size_t max_rows, std::size_t max_columns);
 
   /// For each row, whether it has an alternative that costs less than `margin` more, or loses its column in one.
-  /// `columns`: the assigned column of each row, or Assigner::kAlone. Valid until the next call. Linear in the pairs.
+  /// `columns`: the assigned column of each row, or Assigner::kUnassigned. Valid until the next call. Linear in the
+  /// pairs.
   std::span<const char> find(std::span<const geometry::AllowedPair> pairs, std::span<const std::uint32_t> columns,
                              std::size_t column_count, double unassigned_cost, double margin);
 
@@ -30,7 +31,7 @@ class AssignmentAmbiguity {
   };
 
   std::vector<Costs> costs_;         // by row
-  std::vector<std::uint32_t> rows_;  // by column: the row to which it is assigned, or kAlone
+  std::vector<std::uint32_t> rows_;  // by column: the row to which it is assigned, or kUnassigned
   std::vector<char> ambiguous_;      // by row
 };
 

@@ -196,7 +196,7 @@ class BlobTracks {
     if (candidates_.empty()) return;
     const auto columns = assigner_.assign(rows_.size(), variance_.size(), candidates_, kUnassignedCost);
     for (std::size_t row = 0; row < rows_.size(); ++row) {
-      if (columns[row] == geometry::Assigner::kAlone) continue;
+      if (columns[row] == geometry::Assigner::kUnassigned) continue;
       tracks_[rows_[row]].blob = columns[row];
       owner_[columns[row]] = rows_[row];
     }

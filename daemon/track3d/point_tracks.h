@@ -212,10 +212,10 @@ class PointTracks {
     pairs_.clear();
     for (std::uint32_t row = 0; row < rows_.size(); ++row) add_pairs(row, measurements, max_variance);
     // Cost of a missed detection (probability 0.1, chosen by hand) and one clutter measurement.
-    const double cost_of_alone = -2.0 * std::log(0.1 * life_.clutter_density);
-    const auto columns = assigner_.assign(rows_.size(), measurements.size(), pairs_, cost_of_alone);
+    const double cost_of_unassigned = -2.0 * std::log(0.1 * life_.clutter_density);
+    const auto columns = assigner_.assign(rows_.size(), measurements.size(), pairs_, cost_of_unassigned);
     for (std::size_t row = 0; row < rows_.size(); ++row) {
-      if (columns[row] == geometry::Assigner::kAlone) continue;
+      if (columns[row] == geometry::Assigner::kUnassigned) continue;
       tracks_[rows_[row]].measurement = columns[row];
       is_assigned_[columns[row]] = 1;
     }

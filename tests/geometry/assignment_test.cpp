@@ -31,7 +31,7 @@ double cost_of(std::span<const std::uint32_t> assigned, const std::vector<Allowe
   double sum = 0.0;
   Columns used_columns;
   for (std::uint32_t row = 0; row < assigned.size(); ++row) {
-    if (assigned[row] == Assigner::kAlone) {
+    if (assigned[row] == Assigner::kUnassigned) {
       sum += unassigned_cost;
       continue;
     }
@@ -91,7 +91,7 @@ TEST(Assigner, PrefersTheLeastSumToTheCheapestPair) {
 TEST(Assigner, LeavesARowUnassignedIfItsPairCostsAtLeastAsMuch) {
   Assigner assigner(1, 1, 1);
 
-  EXPECT_EQ(assigner.assign(1, 1, std::vector<AllowedPair>{{0, 0, 4.0}}, 4.0)[0], Assigner::kAlone);
+  EXPECT_EQ(assigner.assign(1, 1, std::vector<AllowedPair>{{0, 0, 4.0}}, 4.0)[0], Assigner::kUnassigned);
   EXPECT_EQ(assigner.assign(1, 1, std::vector<AllowedPair>{{0, 0, 3.9}}, 4.0)[0], 0U);
 }
 
@@ -101,7 +101,7 @@ TEST(Assigner, AcceptsNoRowsAndNoColumns) {
   EXPECT_TRUE(assigner.assign(0, 3, {}, 1.0).empty());
   const auto assigned = assigner.assign(3, 0, {}, 1.0);
 
-  EXPECT_EQ(Columns(assigned.begin(), assigned.end()), (Columns(3, Assigner::kAlone)));
+  EXPECT_EQ(Columns(assigned.begin(), assigned.end()), (Columns(3, Assigner::kUnassigned)));
 }
 
 TEST(Assigner, FindsTheIdentityAmongAHundredCrowdedRows) {

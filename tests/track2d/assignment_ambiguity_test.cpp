@@ -7,13 +7,13 @@
 namespace mocap::track2d {
 namespace assignment_ambiguity_test {
 
-constexpr std::uint32_t kAlone = geometry::Assigner::kAlone;
-constexpr double kUnassigned = 33.0, kMargin = 6.0;
+constexpr std::uint32_t kUnassigned = geometry::Assigner::kUnassigned;
+constexpr double kUnassignedCost = 33.0, kMargin = 6.0;
 
 std::vector<bool> ambiguous(const std::vector<geometry::AllowedPair>& pairs,
                             const std::vector<std::uint32_t>& columns) {
   AssignmentAmbiguity ambiguity(8, 8);
-  const auto found = ambiguity.find(pairs, columns, 8, kUnassigned, kMargin);
+  const auto found = ambiguity.find(pairs, columns, 8, kUnassignedCost, kMargin);
   return {found.begin(), found.end()};
 }
 
@@ -38,7 +38,7 @@ TEST(AssignmentAmbiguity, IsARotationOfThreeRows) {
 }
 
 TEST(AssignmentAmbiguity, IsNotForARowWithoutAnotherColumnNorForOneWithoutAny) {
-  EXPECT_EQ(ambiguous({{0, 0, 1.0}, {1, 5, 3.0}}, {0, kAlone}), (std::vector<bool>{false, false}));
+  EXPECT_EQ(ambiguous({{0, 0, 1.0}, {1, 5, 3.0}}, {0, kUnassigned}), (std::vector<bool>{false, false}));
 }
 
 // The row that would lose the column has nothing else: it would stay unassigned.

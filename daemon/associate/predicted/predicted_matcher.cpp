@@ -282,7 +282,7 @@ void PredictedMatcher::assign_contested(std::span<const GateCandidate> candidate
   }
   const auto columns = assigner_.assign(row_markers_.size(), column_rays_.size(), pairs_, gate2_);
   for (std::size_t row = 0; row < columns.size(); ++row) {
-    if (columns[row] == geometry::Assigner::kAlone) continue;
+    if (columns[row] == geometry::Assigner::kUnassigned) continue;
     ray_assignments_.assign(row_markers_[row], column_rays_[columns[row]]);
   }
   for (const std::uint32_t ray : column_rays_) column_of_[ray] = kNone;

@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t kMost = 2048;
 constexpr std::size_t kMostPairs = 1 << 16;
 // Cost of an unassigned object or track. It exceeds any distance, so that the number of matches is maximised first.
-constexpr double kAlone = 1e6;
+constexpr double kUnassignedCost = 1e6;
 
 }  // namespace
 
@@ -51,9 +51,9 @@ void ClearMot::add(std::span<const std::uint64_t> objects, std::span<const std::
     if (left && pairs_.size() < kMostPairs) pairs_.push_back({pair.object, pair.track, pair.distance});
   }
   const std::size_t rows = std::min(objects.size(), kMost), columns = std::min(tracks.size(), kMost);
-  const auto column_of = assigner_.assign(rows, columns, pairs_, kAlone);
+  const auto column_of = assigner_.assign(rows, columns, pairs_, kUnassignedCost);
   for (std::uint32_t row = 0; row < rows; ++row) {
-    if (column_of[row] == geometry::Assigner::kAlone) continue;
+    if (column_of[row] == geometry::Assigner::kUnassigned) continue;
     const auto pair = std::ranges::find_if(
         pairs_, [&](const geometry::AllowedPair& p) { return p.row == row && p.column == column_of[row]; });
     match(objects[row], tracks[column_of[row]], pair->cost);
