@@ -10,9 +10,9 @@ constexpr std::uint64_t kMinBlobs = 50;
 // With two cameras each marker counts for both: the camera with more false blobs would be blamed.
 constexpr std::size_t kMinCameras = 3;
 // The shares were measured on five simulated cameras, 18 and 41 markers, walking, over one second each: a camera that
-// is exchanged, turned, upside down, mirrored or has another lens has 0 to 15 %, by accidental meetings of its rays; a
-// camera that fits 81 to 100 %, all others together 63 % and more. A camera that is one frame late has 10 to 94 %: its
-// share depends on the speed of the markers.
+// is exchanged, turned, upside down, mirrored or has another lens has 0 to 15 %, by accidental intersections of its
+// rays; a camera that fits 81 to 100 %, all others together 63 % and more. A camera that is one frame late has 10 to 94
+// %: its share depends on the speed of the markers.
 constexpr double kIdleShare = 0.25;
 constexpr double kUsualShare = 0.5;
 

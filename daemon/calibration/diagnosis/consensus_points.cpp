@@ -23,8 +23,8 @@ constexpr double kGate_px = 3.0;
 constexpr int kMaxRepetitions = 3;
 constexpr double kCube_m = 0.03;
 constexpr std::size_t kConfirmedViews = 3;
-// More cameras confirm each other. The accidental meetings of two rays, which grow with the number of pairs of cameras,
-// would then only add noise.
+// More cameras confirm each other. The accidental intersections of two rays, which grow with the number of pairs of
+// cameras, would then only add noise.
 constexpr std::size_t kMaxCamerasOfPairs = 4;
 // With fewer confirmed points in the whole recording the cameras do not confirm each other.
 constexpr std::size_t kMinConfirmed = 200;
@@ -50,7 +50,7 @@ std::vector<CameraPair> pairs_of(const std::vector<CameraViews>& cameras) {
   return pairs;
 }
 
-// Distance of two rays from meeting, in standard deviations of 1 px in each image (Sampson distance).
+// Distance of two rays from intersection, in standard deviations of 1 px in each image (Sampson distance).
 double sampson_px(const CameraPair& pair, const CameraViews& a, const CameraViews& b, const NormalizedPoint& ray_a,
                   const NormalizedPoint& ray_b) {
   const Eigen::Vector3d line_b = pair.essential * ray_a.v.homogeneous();
@@ -61,7 +61,7 @@ double sampson_px(const CameraPair& pair, const CameraViews& a, const CameraView
 }
 
 std::optional<WorldPoint> triangulated(const std::vector<CameraViews>& cameras, std::size_t instant,
-                                       const std::vector<RayMeeting::View>& views) {
+                                       const std::vector<RayIntersection::View>& views) {
   std::vector<geometry::Sighting> sightings;
   for (const auto& [camera, blob] : views) {
     const CameraModel& model = cameras[camera].model;
@@ -72,11 +72,11 @@ std::optional<WorldPoint> triangulated(const std::vector<CameraViews>& cameras, 
   return point ? std::optional(*point) : std::nullopt;
 }
 
-// Adds the nearest blob of each other camera at the projection of the meeting.
-void confirm(const std::vector<CameraViews>& cameras, std::size_t instant, RayMeeting& meeting) {
+// Adds the nearest blob of each other camera at the projection of the intersection.
+void confirm(const std::vector<CameraViews>& cameras, std::size_t instant, RayIntersection& intersection) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    if (c == meeting.views[0].camera || c == meeting.views[1].camera) continue;
-    const auto at = geometry::project(cameras[c].model, meeting.point);
+    if (c == intersection.views[0].camera || c == intersection.views[1].camera) continue;
+    const auto at = geometry::project(cameras[c].model, intersection.point);
     if (!at) continue;
     double nearest_px = kGate_px;
     std::optional<std::size_t> found;
@@ -87,29 +87,29 @@ void confirm(const std::vector<CameraViews>& cameras, std::size_t instant, RayMe
       nearest_px = distance_px;
       found = b;
     }
-    if (found) meeting.views.push_back({c, *found});
+    if (found) intersection.views.push_back({c, *found});
   }
 }
 
-std::vector<RayMeeting> meetings_at(const std::vector<CameraViews>& cameras, const std::vector<CameraPair>& pairs,
-                                    std::size_t instant) {
-  std::vector<RayMeeting> meetings;
+std::vector<RayIntersection> intersections_at(const std::vector<CameraViews>& cameras,
+                                              const std::vector<CameraPair>& pairs, std::size_t instant) {
+  std::vector<RayIntersection> intersections;
   for (const CameraPair& pair : pairs) {
     const auto& in_a = cameras[pair.a].instants[instant];
     const auto& in_b = cameras[pair.b].instants[instant];
     for (std::size_t i = 0; i < in_a.size(); ++i) {
       for (std::size_t j = 0; j < in_b.size(); ++j) {
         if (sampson_px(pair, cameras[pair.a], cameras[pair.b], in_a[i].ray, in_b[j].ray) > kGate_px) continue;
-        RayMeeting meeting{{}, {{pair.a, i}, {pair.b, j}}};
-        const auto point = triangulated(cameras, instant, meeting.views);
+        RayIntersection intersection{{}, {{pair.a, i}, {pair.b, j}}};
+        const auto point = triangulated(cameras, instant, intersection.views);
         if (!point) continue;
-        meeting.point = *point;
-        confirm(cameras, instant, meeting);
-        meetings.push_back(std::move(meeting));
+        intersection.point = *point;
+        confirm(cameras, instant, intersection);
+        intersections.push_back(std::move(intersection));
       }
     }
   }
-  return meetings;
+  return intersections;
 }
 
 /// Takes points with many views first, and each blob once.
@@ -118,21 +118,21 @@ class PointPicker {
   PointPicker(const std::vector<CameraViews>& cameras, std::size_t excluded, bool with_pairs)
       : cameras_(cameras), excluded_(excluded), with_pairs_(with_pairs) {}
 
-  std::vector<ConsensusPoint> pick(const std::vector<RayMeeting>& meetings, std::size_t instant) {
+  std::vector<ConsensusPoint> pick(const std::vector<RayIntersection>& intersections, std::size_t instant) {
     used_.clear();
-    std::vector<RayMeeting> others = without_excluded(meetings);
-    std::ranges::stable_sort(others, std::ranges::greater{}, [](const RayMeeting& m) { return m.views.size(); });
+    std::vector<RayIntersection> others = without_excluded(intersections);
+    std::ranges::stable_sort(others, std::ranges::greater{}, [](const RayIntersection& m) { return m.views.size(); });
     std::vector<ConsensusPoint> points;
-    for (const RayMeeting& meeting : others) {
-      const bool is_confirmed = meeting.views.size() >= kConfirmedViews;
-      const bool is_free = std::ranges::none_of(meeting.views, [&](const RayMeeting::View& view) {
+    for (const RayIntersection& intersection : others) {
+      const bool is_confirmed = intersection.views.size() >= kConfirmedViews;
+      const bool is_free = std::ranges::none_of(intersection.views, [&](const RayIntersection::View& view) {
         return used_.contains({view.camera, view.blob});
       });
       if (!is_free || !(is_confirmed || with_pairs_)) continue;
-      const auto point = triangulated(cameras_, instant, meeting.views);
+      const auto point = triangulated(cameras_, instant, intersection.views);
       if (!point) continue;
       if (is_confirmed) {
-        for (const auto& [camera, blob] : meeting.views) used_.insert({camera, blob});
+        for (const auto& [camera, blob] : intersection.views) used_.insert({camera, blob});
       }
       if (counts(*point)) points.push_back({*point, is_confirmed});
     }
@@ -140,12 +140,12 @@ class PointPicker {
   }
 
  private:
-  std::vector<RayMeeting> without_excluded(const std::vector<RayMeeting>& meetings) const {
-    std::vector<RayMeeting> others;
-    for (const RayMeeting& meeting : meetings) {
-      if (meeting.views[0].camera == excluded_ || meeting.views[1].camera == excluded_) continue;
-      RayMeeting& other = others.emplace_back(meeting);
-      std::erase_if(other.views, [&](const RayMeeting::View& view) { return view.camera == excluded_; });
+  std::vector<RayIntersection> without_excluded(const std::vector<RayIntersection>& intersections) const {
+    std::vector<RayIntersection> others;
+    for (const RayIntersection& intersection : intersections) {
+      if (intersection.views[0].camera == excluded_ || intersection.views[1].camera == excluded_) continue;
+      RayIntersection& other = others.emplace_back(intersection);
+      std::erase_if(other.views, [&](const RayIntersection::View& view) { return view.camera == excluded_; });
     }
     return others;
   }
@@ -163,9 +163,9 @@ class PointPicker {
   std::map<std::array<long, 3>, int> repetitions_;
 };
 
-std::vector<std::vector<ConsensusPoint>> pick_all(const RayMeetings& meetings, PointPicker picker) {
+std::vector<std::vector<ConsensusPoint>> pick_all(const RayIntersections& intersections, PointPicker picker) {
   std::vector<std::vector<ConsensusPoint>> points;
-  for (std::size_t i = 0; i < meetings.size(); ++i) points.push_back(picker.pick(meetings[i], i));
+  for (std::size_t i = 0; i < intersections.size(); ++i) points.push_back(picker.pick(intersections[i], i));
   return points;
 }
 
@@ -178,21 +178,21 @@ std::size_t count_confirmed(const std::vector<std::vector<ConsensusPoint>>& poin
 
 }  // namespace
 
-RayMeetings find_meetings(const std::vector<CameraViews>& cameras) {
-  RayMeetings all;
+RayIntersections find_intersections(const std::vector<CameraViews>& cameras) {
+  RayIntersections all;
   const auto pairs = pairs_of(cameras);
   const std::size_t instants = cameras.empty() ? 0 : cameras.front().instants.size();
-  for (std::size_t i = 0; i < instants; ++i) all.push_back(meetings_at(cameras, pairs, i));
+  for (std::size_t i = 0; i < instants; ++i) all.push_back(intersections_at(cameras, pairs, i));
   return all;
 }
 
-std::vector<std::vector<ConsensusPoint>> consensus_points(const RayMeetings& meetings,
+std::vector<std::vector<ConsensusPoint>> consensus_points(const RayIntersections& intersections,
                                                           const std::vector<CameraViews>& cameras, std::size_t excluded,
                                                           Fallback fallback) {
   const bool few_cameras = cameras.size() <= kMaxCamerasOfPairs + 1;
-  auto points = pick_all(meetings, {cameras, excluded, few_cameras});
+  auto points = pick_all(intersections, {cameras, excluded, few_cameras});
   if (few_cameras || fallback == Fallback::None || count_confirmed(points) >= kMinConfirmed) return points;
-  return pick_all(meetings, {cameras, excluded, true});
+  return pick_all(intersections, {cameras, excluded, true});
 }
 
 }  // namespace mocap::calibration

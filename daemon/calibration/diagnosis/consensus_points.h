@@ -10,7 +10,7 @@
 namespace mocap::calibration {
 
 /// A point where rays of two cameras meet, and the blobs of other cameras at its projection.
-struct RayMeeting {
+struct RayIntersection {
   struct View {
     std::size_t camera = 0;
     std::size_t blob = 0;
@@ -19,12 +19,12 @@ struct RayMeeting {
   std::vector<View> views;  ///< two or more, of different cameras
 };
 
-/// The meetings at each instant.
-using RayMeetings = std::vector<std::vector<RayMeeting>>;
+/// The intersections at each instant.
+using RayIntersections = std::vector<std::vector<RayIntersection>>;
 
-/// All meetings of the rays of each camera with those of its kNeighbours next cameras, at each instant. Most meetings
-/// of only two rays are accidental.
-RayMeetings find_meetings(const std::vector<CameraViews>& cameras);
+/// All intersections of the rays of each camera with those of its kNeighbours next cameras, at each instant. Most
+/// intersections of only two rays are accidental.
+RayIntersections find_intersections(const std::vector<CameraViews>& cameras);
 
 /// A point that cameras agree on.
 struct ConsensusPoint {
@@ -37,9 +37,9 @@ struct ConsensusPoint {
 enum class Fallback { None, Pairs };
 
 /// The points at each instant that the cameras except `excluded` agree on: those of three cameras or more, each blob in
-/// at most one of them; and, with at most four such cameras or as a fallback, all meetings of two other blobs. A point
-/// that stays in one place occurs at most kMaxRepetitions times, because its views are not independent.
-std::vector<std::vector<ConsensusPoint>> consensus_points(const RayMeetings& meetings,
+/// at most one of them; and, with at most four such cameras or as a fallback, all intersections of two other blobs. A
+/// point that stays in one place occurs at most kMaxRepetitions times, because its views are not independent.
+std::vector<std::vector<ConsensusPoint>> consensus_points(const RayIntersections& intersections,
                                                           const std::vector<CameraViews>& cameras, std::size_t excluded,
                                                           Fallback fallback);
 

@@ -31,16 +31,16 @@ constexpr std::size_t kMaxExchangeable = 12;
 constexpr double kMinExpected = 200.0;
 
 /// A rig under a hypothesis, with the points and the evidence that follow.
-class Reading {
+class EvaluatedRig {
  public:
   using Points = std::vector<std::vector<ConsensusPoint>>;
 
-  Reading(const Instants& instants, Rig rig, std::vector<ImageSource> sources, Fallback fallback)
+  EvaluatedRig(const Instants& instants, Rig rig, std::vector<ImageSource> sources, Fallback fallback)
       : instants_(&instants), rig_(std::move(rig)), sources_(std::move(sources)) {
     for (std::size_t c = 0; c < rig_.size(); ++c) views_.push_back(views_of(instants, rig_[c], sources_[c]));
-    const RayMeetings meetings = find_meetings(views_);
+    const RayIntersections intersections = find_intersections(views_);
     for (std::size_t c = 0; c < rig_.size(); ++c) {
-      points_.push_back(consensus_points(meetings, views_, c, fallback));
+      points_.push_back(consensus_points(intersections, views_, c, fallback));
       evidence_.push_back(evidence_of(views_[c], points_[c]));
     }
   }
@@ -87,13 +87,14 @@ struct Hypothesis {
 };
 
 // Completes a hypothesis that changes one camera.
-Hypothesis of_one_camera(const Reading& reading, std::size_t camera, RigFault fault, const CameraModel& model,
+Hypothesis of_one_camera(const EvaluatedRig& evaluated, std::size_t camera, RigFault fault, const CameraModel& model,
                          const ImageSource& source) {
-  Hypothesis hypothesis{{.fault = fault, .camera = camera, .model = model}, reading.rig(), reading.sources(), {}};
+  Hypothesis hypothesis{{.fault = fault, .camera = camera, .model = model}, evaluated.rig(), evaluated.sources(), {}};
   hypothesis.rig[camera] = model;
   hypothesis.sources[camera] = source;
-  const ReprojectionEvidence after = evidence_of(views_of(reading.instants(), model, source), reading.points(camera));
-  const ReprojectionEvidence& before = reading.evidence(camera);
+  const ReprojectionEvidence after =
+      evidence_of(views_of(evaluated.instants(), model, source), evaluated.points(camera));
+  const ReprojectionEvidence& before = evaluated.evidence(camera);
   const double parameters = fault == RigFault::OtherPose   ? kPoseParameters
                             : fault == RigFault::OtherLens ? kLensParameters
                                                            : 0.0;
@@ -108,7 +109,7 @@ Hypothesis of_one_camera(const Reading& reading, std::size_t camera, RigFault fa
 }
 
 // Images that are flipped or of another instant.
-std::vector<Hypothesis> image_hypotheses(const Reading& reading, std::size_t camera) {
+std::vector<Hypothesis> image_hypotheses(const EvaluatedRig& evaluated, std::size_t camera) {
   struct Variant {
     RigFault fault;
     bool flip_x, flip_y;
@@ -121,17 +122,17 @@ std::vector<Hypothesis> image_hypotheses(const Reading& reading, std::size_t cam
                                    {RigFault::OneFrameEarly, false, false, -1}};
   std::vector<Hypothesis> hypotheses;
   for (const auto& [fault, flip_x, flip_y, shift] : kVariants) {
-    ImageSource source = reading.sources()[camera];
+    ImageSource source = evaluated.sources()[camera];
     source.flip_x ^= flip_x;
     source.flip_y ^= flip_y;
     source.shift += shift;
-    hypotheses.push_back(of_one_camera(reading, camera, fault, reading.rig()[camera], source));
+    hypotheses.push_back(of_one_camera(evaluated, camera, fault, evaluated.rig()[camera], source));
   }
   return hypotheses;
 }
 
 // Root mean square distance of the projections of the points by two models of a camera; of those that both see.
-double displacement_px(const CameraModel& a, const CameraModel& b, const Reading::Points& points) {
+double displacement_px(const CameraModel& a, const CameraModel& b, const EvaluatedRig::Points& points) {
   double sum = 0.0;
   double count = 0.0;
   double seen = 0.0;
@@ -150,15 +151,15 @@ double displacement_px(const CameraModel& a, const CameraModel& b, const Reading
 }
 
 // Another pose, another lens.
-std::vector<Hypothesis> fitted_hypotheses(const Reading& reading, std::size_t camera) {
-  const CameraModel& before = reading.rig()[camera];
-  const CameraViews& views = reading.views(camera);
-  const Reading::Points& points = reading.points(camera);
+std::vector<Hypothesis> fitted_hypotheses(const EvaluatedRig& evaluated, std::size_t camera) {
+  const CameraModel& before = evaluated.rig()[camera];
+  const CameraViews& views = evaluated.views(camera);
+  const EvaluatedRig::Points& points = evaluated.points(camera);
   std::vector<Hypothesis> hypotheses;
   for (const RigFault fault : {RigFault::OtherPose, RigFault::OtherLens}) {
     const auto model = fault == RigFault::OtherPose ? fit_pose(views, points) : fit_focal_length(views, points);
     if (!model) continue;
-    Hypothesis hypothesis = of_one_camera(reading, camera, fault, *model, reading.sources()[camera]);
+    Hypothesis hypothesis = of_one_camera(evaluated, camera, fault, *model, evaluated.sources()[camera]);
     hypothesis.is_small = displacement_px(before, *model, points) < kReprojectionGate_px;
     RigFinding& finding = hypothesis.finding;
     const Eigen::Matrix3d turn = model->camera_from_world.rotation * before.camera_from_world.rotation.transpose();
@@ -170,17 +171,18 @@ std::vector<Hypothesis> fitted_hypotheses(const Reading& reading, std::size_t ca
   return hypotheses;
 }
 
-Hypothesis of_exchange(const Reading& reading, std::size_t a, std::size_t b) {
-  Hypothesis hypothesis{{.fault = RigFault::Exchanged, .camera = a, .other = b}, reading.rig(), reading.sources(), {}};
+Hypothesis of_exchange(const EvaluatedRig& evaluated, std::size_t a, std::size_t b) {
+  Hypothesis hypothesis{
+      {.fault = RigFault::Exchanged, .camera = a, .other = b}, evaluated.rig(), evaluated.sources(), {}};
   std::swap(hypothesis.sources[a], hypothesis.sources[b]);
   // An exchange that leaves hardly any three cameras in agreement explains nothing.
-  const Reading after(reading.instants(), hypothesis.rig, hypothesis.sources, Fallback::None);
+  const EvaluatedRig after(evaluated.instants(), hypothesis.rig, hypothesis.sources, Fallback::None);
   hypothesis.log_ratio = after.log_ratio();
-  const std::vector<double> before = reading.log_ratio();
+  const std::vector<double> before = evaluated.log_ratio();
   for (std::size_t i = 0; i < before.size(); ++i) hypothesis.gain += hypothesis.log_ratio[i] - before[i];
   RigFinding& finding = hypothesis.finding;
   finding.statistic = vuong_statistic(hypothesis.log_ratio, before, 0.0, 0);
-  finding.share_before = std::min(reading.evidence(a).share(), reading.evidence(b).share());
+  finding.share_before = std::min(evaluated.evidence(a).share(), evaluated.evidence(b).share());
   finding.share_after = std::min(after.evidence(a).share(), after.evidence(b).share());
   return hypothesis;
 }
@@ -196,33 +198,33 @@ struct Exchange {
   double gain = 0.0;  ///< of the log likelihood of both cameras, with the points as they are
 };
 
-double gain_of_exchange(const Reading& reading, std::size_t a, std::size_t b) {
-  double gain = -reading.evidence(a).total() - reading.evidence(b).total();
+double gain_of_exchange(const EvaluatedRig& evaluated, std::size_t a, std::size_t b) {
+  double gain = -evaluated.evidence(a).total() - evaluated.evidence(b).total();
   for (const auto& [camera, other] : {std::pair(a, b), std::pair(b, a)}) {
-    const CameraViews views = views_of(reading.instants(), reading.rig()[camera], reading.sources()[other]);
-    gain += evidence_of(views, reading.points(camera)).total();
+    const CameraViews views = views_of(evaluated.instants(), evaluated.rig()[camera], evaluated.sources()[other]);
+    gain += evidence_of(views, evaluated.points(camera)).total();
   }
   return gain;
 }
 
-std::vector<Hypothesis> exchanges(const Reading& reading) {
+std::vector<Hypothesis> exchanges(const EvaluatedRig& evaluated) {
   std::vector<Exchange> likely;
-  const Rig& rig = reading.rig();
+  const Rig& rig = evaluated.rig();
   std::vector<std::size_t> candidates;
   for (std::size_t c = 0; c < rig.size(); ++c) {
-    if (reading.evidence(c).share() < kWellExplained) candidates.push_back(c);
+    if (evaluated.evidence(c).share() < kWellExplained) candidates.push_back(c);
   }
   if (candidates.size() > kMaxExchangeable) return {};
   for (std::size_t a = 0; a < candidates.size(); ++a) {
     for (std::size_t b = a + 1; b < candidates.size(); ++b) {
       if (have_one_size(rig[candidates[a]], rig[candidates[b]]))
-        likely.push_back({candidates[a], candidates[b], gain_of_exchange(reading, candidates[a], candidates[b])});
+        likely.push_back({candidates[a], candidates[b], gain_of_exchange(evaluated, candidates[a], candidates[b])});
     }
   }
   std::ranges::stable_sort(likely, std::ranges::greater{}, &Exchange::gain);
   if (likely.size() > kMostExchanges) likely.resize(kMostExchanges);
   std::vector<Hypothesis> hypotheses;
-  for (const Exchange& exchange : likely) hypotheses.push_back(of_exchange(reading, exchange.a, exchange.b));
+  for (const Exchange& exchange : likely) hypotheses.push_back(of_exchange(evaluated, exchange.a, exchange.b));
   return hypotheses;
 }
 
@@ -241,32 +243,33 @@ std::optional<Hypothesis> best_of(std::vector<Hypothesis> hypotheses) {
   return chosen;
 }
 
-std::optional<Hypothesis> best_explanation(const Reading& reading, const DiagnosisProgress& progress) {
+std::optional<Hypothesis> best_explanation(const EvaluatedRig& evaluated, const DiagnosisProgress& progress) {
   if (progress) progress("exchanges of two cameras");
-  std::vector<Hypothesis> all = exchanges(reading);
+  std::vector<Hypothesis> all = exchanges(evaluated);
   const auto add = [&](std::vector<Hypothesis> more) {
     all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   };
-  for (std::size_t c = 0; c < reading.rig().size(); ++c) {
-    if (progress) progress("camera " + reading.rig()[c].name);
-    add(image_hypotheses(reading, c));
-    if (reading.evidence(c).share() < kWellExplained) add(fitted_hypotheses(reading, c));
+  for (std::size_t c = 0; c < evaluated.rig().size(); ++c) {
+    if (progress) progress("camera " + evaluated.rig()[c].name);
+    add(image_hypotheses(evaluated, c));
+    if (evaluated.evidence(c).share() < kWellExplained) add(fitted_hypotheses(evaluated, c));
   }
   return best_of(std::move(all));
 }
 
 // The cameras that still do not fit.
-void judge_rest(const Reading& reading, RigDiagnosis& diagnosis) {
+void judge_rest(const EvaluatedRig& evaluated, RigDiagnosis& diagnosis) {
   std::vector<RigFinding> unexplained;
-  for (std::size_t c = 0; c < reading.rig().size(); ++c) {
-    if (reading.fits(c)) continue;
-    if (reading.evidence(c).expected < kMinExpected) {
+  for (std::size_t c = 0; c < evaluated.rig().size(); ++c) {
+    if (evaluated.fits(c)) continue;
+    if (evaluated.evidence(c).expected < kMinExpected) {
       diagnosis.undetermined.push_back(c);
     } else {
-      unexplained.push_back({.fault = RigFault::Unexplained, .camera = c, .share_before = reading.evidence(c).share()});
+      unexplained.push_back(
+          {.fault = RigFault::Unexplained, .camera = c, .share_before = evaluated.evidence(c).share()});
     }
   }
-  if (2 * unexplained.size() > reading.rig().size()) unexplained = {{.fault = RigFault::OtherRig}};
+  if (2 * unexplained.size() > evaluated.rig().size()) unexplained = {{.fault = RigFault::OtherRig}};
   diagnosis.findings.insert(diagnosis.findings.end(), unexplained.begin(), unexplained.end());
 }
 
@@ -308,15 +311,15 @@ RigDiagnosis diagnose_rig(const Rig& rig, const Take& recording, const Diagnosis
     for (std::size_t c = 0; c < rig.size(); ++c) diagnosis.undetermined.push_back(c);
     return diagnosis;
   }
-  Reading reading(instants, rig, sources, Fallback::Pairs);
-  for (std::size_t c = 0; c < rig.size(); ++c) diagnosis.share.push_back(reading.evidence(c).share());
+  EvaluatedRig evaluated(instants, rig, sources, Fallback::Pairs);
+  for (std::size_t c = 0; c < rig.size(); ++c) diagnosis.share.push_back(evaluated.evidence(c).share());
   for (std::size_t round = 0; round < rig.size(); ++round) {
-    auto best = best_explanation(reading, progress);
+    auto best = best_explanation(evaluated, progress);
     if (!best) break;
     if (!best->is_small) diagnosis.findings.push_back(std::move(best->finding));
-    reading = Reading(instants, std::move(best->rig), std::move(best->sources), Fallback::Pairs);
+    evaluated = EvaluatedRig(instants, std::move(best->rig), std::move(best->sources), Fallback::Pairs);
   }
-  judge_rest(reading, diagnosis);
+  judge_rest(evaluated, diagnosis);
   return diagnosis;
 }
 

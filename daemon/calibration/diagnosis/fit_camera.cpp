@@ -33,7 +33,7 @@ constexpr double kMinShare = 0.05;       // of the points that have a neighbour
 constexpr double kMaxFocalRatio = 3.0;
 constexpr double kFocalStep = 0.01;
 constexpr double kFocalGate_px = 8.0;
-// Bounds the work: a rig of few cameras has ten thousands of accidental meetings of two rays. A model with six
+// Bounds the work: a rig of few cameras has ten thousands of accidental intersections of two rays. A model with six
 // parameters needs some dozens of true ones.
 constexpr std::size_t kMaxFitPoints = 2000;
 
