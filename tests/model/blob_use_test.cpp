@@ -28,7 +28,7 @@ TEST(WhyNoMarkers, IsSilentWithoutEvidence) {
   EXPECT_EQ(why_no_markers(all_wrong, 0), "") << "no other camera agrees either: the camera is not to blame";
 }
 
-TEST(WhyNoMarkers, NamesACameraWithAccidentalMeetingsOnly) {
+TEST(WhyNoMarkers, NamesACameraWhoseRaysIntersectByChanceOnly) {
   const std::vector<BlobUse> cameras{{800, 504}, {800, 120}, {800, 504}};
 
   EXPECT_NE(why_no_markers(cameras, 1), "") << "15 %, the most that a camera of a wrong rig had in one second";

@@ -174,9 +174,9 @@ TEST(C3d, SurvivesTruncationsAndManyBrokenBytes) {
 
 TEST(C3dActor, HasNoPositionInGapsAndShowsGhosts) {
   const std::string gaps = read("c3d/btk_gait_cammask_100.c3d"),
-                    nameless = read("c3d/pycgm_movement_42unlabelled_120.c3d");
+                    unlabelled = read("c3d/pycgm_movement_42unlabelled_120.c3d");
   if (gaps.empty()) GTEST_SKIP() << "no " << support::shared_data_folder();
-  auto with_gaps = make_c3d_actor(c3d_of(gaps)), with_ghosts = make_c3d_actor(c3d_of(nameless));
+  auto with_gaps = make_c3d_actor(c3d_of(gaps)), with_ghosts = make_c3d_actor(c3d_of(unlabelled));
   ASSERT_TRUE(with_gaps && with_ghosts);
   ActorState state;
 

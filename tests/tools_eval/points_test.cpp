@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/points_row.h"
+#include "eval/marker_pipeline.h"
 #include "eval/points_score.h"
 #include "lib/simworld/points_motion.h"
 #include "lib/simworld/points_visibility.h"
@@ -22,11 +22,12 @@ PointsScore run(const simworld::PointMotion& motion, const simworld::WorldSettin
                 std::uint64_t seed) {
   PointsScore score;
   simworld::PointsWorld world(settings, motion, seed);
-  PointsRow row(world.rig());
+  MarkerPipeline pipeline(world.rig());
   PointsScorer scorer(world.rig(), settings.noise_px, score);
   for (int set = 0; set < sets; ++set) {
     const simworld::SeenInstant& seen = world.next();
-    if (row.step(seen)) scorer.add(seen, row.matches(), row.markers(), row.predicted(), row.tracked());
+    if (pipeline.step(seen))
+      scorer.add(seen, pipeline.matches(), pipeline.markers(), pipeline.predicted(), pipeline.tracked());
   }
   return score;
 }

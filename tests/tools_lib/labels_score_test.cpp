@@ -237,7 +237,7 @@ TEST(LabelScorer, RecordsTheTimelineOfEveryMarker) {
   judge(8, mix, scorer);
 
   const Timeline& timeline = scorer.timelines().at(0);
-  using enum NameState;
+  using enum LabelVerdict;
   EXPECT_EQ(timeline.markers.at(0), (std::vector{Right, Right, Right, Wrong, Filled, Lost, Right, Right}));
   EXPECT_EQ(timeline.t_s.size(), 8U);
 }

@@ -244,10 +244,10 @@ Result<NodesBenchFigures> run_nodes_bench(const NodesBenchSettings& wanted) {
       std::make_unique<TimedPublisher>(std::move(assembly->parts.publisher), spans_us, measuring);
   std::vector<double> fusion_ms;
   fusion_ms.reserve(spans_us.capacity());
-  fusion::FusionParts row = assemble_row(host);
-  row.solver = std::make_unique<TimedSolver>(std::move(row.solver), fusion_ms, measuring);
+  fusion::FusionParts parts = assemble_fusion_parts(host);
+  parts.solver = std::make_unique<TimedSolver>(std::move(parts.solver), fusion_ms, measuring);
   assembly->parts.fusion =
-      std::make_unique<fusion::Fusion>(std::move(row), static_cast<std::uint32_t>(host.rig.size()));
+      std::make_unique<fusion::Fusion>(std::move(parts), static_cast<std::uint32_t>(host.rig.size()));
   const Timestamp epoch = host_now();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto cameras = static_cast<std::size_t>(wanted.cameras);

@@ -1,4 +1,4 @@
-#include "eval/points_row.h"
+#include "eval/marker_pipeline.h"
 
 #include "associate/match_triangulator.h"
 #include "associate/multi_view_matcher.h"
@@ -12,7 +12,7 @@ constexpr synchronise::AlignSettings kAlign{};
 
 }  // namespace
 
-PointsRow::PointsRow(const Rig& rig)
+MarkerPipeline::MarkerPipeline(const Rig& rig)
     : aligner_(kAlign, rig.size()),
       matcher_(associate::make_matcher({}, rig)),
       triangulator_(associate::make_triangulator({}, rig)),
@@ -21,7 +21,7 @@ PointsRow::PointsRow(const Rig& rig)
   for (std::size_t c = 0; c < rig.size(); ++c) blob_trackers_.push_back(track2d::make_blob_tracker({}));
 }
 
-bool PointsRow::step(const simworld::SeenInstant& seen) {
+bool MarkerPipeline::step(const simworld::SeenInstant& seen) {
   for (const auto& frame : seen.frames) {
     if (!frame) continue;
     frame_ = *frame;

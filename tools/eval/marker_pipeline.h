@@ -15,9 +15,9 @@
 namespace mocap::eval {
 
 /// The daemon's steps from blobs to 3D tracks, with default settings.
-class PointsRow {
+class MarkerPipeline {
  public:
-  explicit PointsRow(const Rig& rig);
+  explicit MarkerPipeline(const Rig& rig);
 
   /// Processes one instant. Returns false if all its images were lost. The results are valid until the next call.
   bool step(const simworld::SeenInstant& seen);

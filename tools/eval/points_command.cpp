@@ -10,8 +10,8 @@
 
 #include "base/exit_codes.h"
 #include "eval/command.h"
+#include "eval/marker_pipeline.h"
 #include "eval/points_ghosts.h"
-#include "eval/points_row.h"
 #include "eval/points_score.h"
 #include "lib/cli/app.h"
 #include "lib/simworld/points_motion.h"
@@ -87,7 +87,7 @@ void add_points_options(cli::App& app, PointsOptions& options) {
 
 void run_points_seed(const PointsOptions& options, const simworld::PointMotion& motion, int seed, PointsScore& score) {
   simworld::PointsWorld world(options.world, motion, options.first_seed + static_cast<std::uint64_t>(seed));
-  PointsRow row(world.rig());
+  MarkerPipeline pipeline(world.rig());
   PointsScorer scorer(world.rig(), options.world.noise_px, score);
   const double seconds = options.seconds.value_or(motion.length_s());
   const auto sets = static_cast<int>(seconds * options.world.rate_hz + 1e-6) + 1;
@@ -96,10 +96,11 @@ void run_points_seed(const PointsOptions& options, const simworld::PointMotion& 
     const simworld::SeenInstant& seen = world.next();
     if (shows_progress && set % 50 == 0)
       fmt::print(stderr, "\rseed {} of {}, set {} of {} ", seed + 1, options.seeds, set, sets);
-    if (!row.step(seen)) continue;
-    scorer.add(seen, row.matches(), row.markers(), row.predicted(), row.tracked());
+    if (!pipeline.step(seen)) continue;
+    scorer.add(seen, pipeline.matches(), pipeline.markers(), pipeline.predicted(), pipeline.tracked());
     if (!options.list_faults) continue;
-    fmt::print(stderr, "{}{}", describe_ghosts(set, seen, row, scorer), describe_misses(set, seen, row, scorer));
+    fmt::print(stderr, "{}{}", describe_ghosts(set, seen, pipeline, scorer),
+               describe_misses(set, seen, pipeline, scorer));
   }
   if (shows_progress) fmt::print(stderr, "\r{:40}\r", "");
 }

@@ -32,7 +32,7 @@ std::string lights_of(const Match& match, const simworld::SeenInstant& truth, co
 
 }  // namespace
 
-std::string describe_ghosts(int set, const simworld::SeenInstant& truth, const PointsRow& row,
+std::string describe_ghosts(int set, const simworld::SeenInstant& truth, const MarkerPipeline& pipeline,
                             const PointsScorer& scorer) {
   std::string text;
   for (const TrackedMarker* track : scorer.ghosts()) {
@@ -44,50 +44,50 @@ std::string describe_ghosts(int set, const simworld::SeenInstant& truth, const P
       least_m = away_m;
       nearest = i;
     }
-    const Marker* marker = marker_of(*track, row.markers());
+    const Marker* marker = marker_of(*track, pipeline.markers());
     const bool predicted = marker != nullptr && marker->prediction != Match::kNew;
     text += fmt::format(
         "set {} track {} age {} {} sigma {:.1f} mm, rms {:.2f} px, {:.1f} mm off {} (track {}, {} alone, {} merged):",
         set, track->id.value, track->age_sets, predicted ? "predicted" : "new",
         1000.0 * std::sqrt(track->covariance_m2.trace()), track->residual_px, 1000.0 * least_m, nearest,
         scorer.last_track(nearest), std::popcount(truth.alone_in[nearest]), std::popcount(truth.merged_in[nearest]));
-    if (marker != nullptr) text += lights_of(row.matches().matches[marker->match], truth, row.set());
+    if (marker != nullptr) text += lights_of(pipeline.matches().matches[marker->match], truth, pipeline.set());
     text += "\n";
   }
   return text;
 }
 
-std::string describe_misses(int set, const simworld::SeenInstant& truth, const PointsRow& row,
+std::string describe_misses(int set, const simworld::SeenInstant& truth, const MarkerPipeline& pipeline,
                             const PointsScorer& scorer) {
   std::string text;
   for (const std::size_t light : scorer.missed()) {
     const std::uint32_t track = scorer.last_track(light);
     const auto prediction =
-        std::ranges::find_if(row.predicted().markers, [&](const auto& m) { return m.track.value == track; });
+        std::ranges::find_if(pipeline.predicted().markers, [&](const auto& m) { return m.track.value == track; });
     text += fmt::format("missed in set {}: {} of track {}", set, light, track);
-    if (prediction != row.predicted().markers.end()) {
+    if (prediction != pipeline.predicted().markers.end()) {
       text += fmt::format(", predicted {:.1f} mm off, sigma {:.1f} mm",
                           1000.0 * (prediction->position.v - truth.lights[light].position).norm(),
                           1000.0 * std::sqrt(prediction->covariance_m2.trace()));
     }
-    for (std::size_t view = 0; view < row.set().views.size(); ++view) {
-      const BlobFrame& frame = *row.set().views[view];
+    for (std::size_t view = 0; view < pipeline.set().views.size(); ++view) {
+      const BlobFrame& frame = *pipeline.set().views[view];
       const auto& lights_in = truth.lights_in[frame.camera.value];
       for (std::size_t blob = 0; blob < lights_in.size(); ++blob) {
         if (std::ranges::find(lights_in[blob], light) == lights_in[blob].end()) continue;
         text += fmt::format("; camera {}", frame.camera.value);
         if (frame.blobs[blob].track.names_something()) text += fmt::format("#{}", frame.blobs[blob].track.value);
-        for (const Match& match : row.matches().matches) {
+        for (const Match& match : pipeline.matches().matches) {
           const auto holds = [&](const BlobRef& seen) { return seen.view == view && seen.blob == blob; };
           if (std::ranges::none_of(match.sightings, holds)) continue;
           text += match.prediction == Match::kNew
                       ? fmt::format(" new by {} views", match.sightings.size())
-                      : fmt::format(" track {} by {} views", row.predicted().markers[match.prediction].track.value,
+                      : fmt::format(" track {} by {} views", pipeline.predicted().markers[match.prediction].track.value,
                                     match.sightings.size());
         }
-        for (const BearingOnlyObservation& bearing_only : row.matches().bearing_only) {
+        for (const BearingOnlyObservation& bearing_only : pipeline.matches().bearing_only) {
           if (bearing_only.sighting.view == view && bearing_only.sighting.blob == blob)
-            text += fmt::format(" alone track {}", row.predicted().markers[bearing_only.prediction].track.value);
+            text += fmt::format(" alone track {}", pipeline.predicted().markers[bearing_only.prediction].track.value);
         }
       }
     }

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::uint32_t kNobody = geometry::Assigner::kAlone;
+constexpr std::uint32_t kNobody = geometry::Assigner::kUnassigned;
 constexpr std::size_t kMaxPairs = 1 << 16;
 // Gate between an output and its light: the larger of 10 mm (about the size of a marker) and 5 standard deviations of
 // the Cramer-Rao bound.

@@ -95,7 +95,7 @@ class PointsScorer {
   double noise_px_;
   PointsScore& score_;
   std::vector<Bound> bounds_;              // by light
-  std::vector<std::uint32_t> place_of_;    // by light: index of the assigned output, or kAlone
+  std::vector<std::uint32_t> place_of_;    // by light: index of the assigned output, or kUnassigned
   std::vector<std::uint32_t> last_track_;  // by light
   std::vector<std::uint64_t> last_set_;    // by light: number of the set with that track
   std::vector<const TrackedMarker*> ghosts_;

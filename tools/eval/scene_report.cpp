@@ -121,7 +121,7 @@ Json clip_json(const SceneOutcome& clip) {
   object["sets"] = clip.sets;
   object["unlabelled"] = clip.unlabelled;
   object["ghosts"] = clip.ghosts;
-  object["row_us_per_set"] = 1e6 * clip.row_s / static_cast<double>(std::max<std::uint64_t>(clip.sets, 1));
+  object["pipeline_us_per_set"] = 1e6 * clip.pipeline_s / static_cast<double>(std::max<std::uint64_t>(clip.sets, 1));
   object["world_us_per_set"] = 1e6 * clip.world_s / static_cast<double>(std::max<std::uint64_t>(clip.sets, 1));
   object["subjects"] = Json::array();
   for (std::uint32_t id = 0; id < clip.subjects.size(); ++id) {
@@ -223,8 +223,9 @@ std::string to_text(const simworld::SceneFile& scene, const SceneResults& result
                       "clip", "prec", "recall", "f1", "wrong", "longest", "avail", "1st s", "reacq", "joint", "rot deg",
                       "jitter", "hidden", "marker", "ghosts  us/set");
   for (const SceneOutcome& clip : results.clips) {
-    const std::string rest = fmt::format("{:>6}  {:.0f}", clip.ghosts,
-                                         1e6 * clip.row_s / static_cast<double>(std::max<std::uint64_t>(clip.sets, 1)));
+    const std::string rest =
+        fmt::format("{:>6}  {:.0f}", clip.ghosts,
+                    1e6 * clip.pipeline_s / static_cast<double>(std::max<std::uint64_t>(clip.sets, 1)));
     text += row_text(clip.clip.empty() ? "scene" : short_name(clip.clip), all_labels(clip), all_bones(clip), rest);
     for (std::uint32_t id = 0; clip.subjects.size() > 1 && id < clip.subjects.size(); ++id) {
       const auto labels = clip.labels.find(id);

@@ -152,7 +152,7 @@ class SceneRun {
     ++outcome_.sets;
     if (world_.frames().empty()) return {};  // nothing reaches the daemon
     const Snapshot& snapshot = pipeline_.step(world_.frames());
-    outcome_.row_s += to_s(thread_time()) - seen_s;
+    outcome_.pipeline_s += to_s(thread_time()) - seen_s;
     explain();
     if (Status written = write(snapshot); !written) return written;
     if (!offline_) {

@@ -40,7 +40,7 @@ struct SceneOutcome {
   std::uint64_t sets = 0, unlabelled = 0, ghosts = 0;
   double watched_squares_m2 = 0.0;  ///< squared errors of the joints of [[only_camera]] during the event
   std::uint64_t watched = 0;
-  double world_s = 0.0, row_s = 0.0;  ///< CPU time of the simulation and of the pipeline
+  double world_s = 0.0, pipeline_s = 0.0;  ///< CPU time of the simulation and of the pipeline
 };
 
 struct SceneRunSettings {

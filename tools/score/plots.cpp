@@ -17,23 +17,23 @@ constexpr double kWide_px = 1000.0, kRow_px = 12.0, kHigh_px = 300.0;
 constexpr double kLeastWide_px = 1.5;  // minimum width of a box that shows an error, so that a single set is visible
 
 struct Look {
-  scoring::NameState state;
+  scoring::LabelVerdict state;
   const char* colour;
   const char* words;
 };
-constexpr Look kLooks[] = {{scoring::NameState::Right, "#4daf6a", "measured, right"},
-                           {scoring::NameState::Filled, "#9ecae1", "filled, within 20 mm"},
-                           {scoring::NameState::FilledOff, "#f5a623", "filled, farther off"},
-                           {scoring::NameState::Lost, "#555555", "in view, not measured"},
-                           {scoring::NameState::Wrong, "#d62728", "wrong"},
-                           {scoring::NameState::Unseen, "#eeeeee", "not in view, not reported"}};
+constexpr Look kLooks[] = {{scoring::LabelVerdict::Right, "#4daf6a", "measured, right"},
+                           {scoring::LabelVerdict::Filled, "#9ecae1", "filled, within 20 mm"},
+                           {scoring::LabelVerdict::FilledOff, "#f5a623", "filled, farther off"},
+                           {scoring::LabelVerdict::Lost, "#555555", "in view, not measured"},
+                           {scoring::LabelVerdict::Wrong, "#d62728", "wrong"},
+                           {scoring::LabelVerdict::Unseen, "#eeeeee", "not in view, not reported"}};
 
-const Look& look_of(scoring::NameState state) {
+const Look& look_of(scoring::LabelVerdict state) {
   return *std::ranges::find_if(kLooks, [state](const Look& look) { return look.state == state; });
 }
 
-bool is_bad(scoring::NameState state) {
-  return state == scoring::NameState::Wrong || state == scoring::NameState::FilledOff;
+bool is_bad(scoring::LabelVerdict state) {
+  return state == scoring::LabelVerdict::Wrong || state == scoring::LabelVerdict::FilledOff;
 }
 
 std::string escaped(const std::string& text) {
@@ -91,7 +91,7 @@ Status write(const std::filesystem::path& file, double height_px, const std::str
 }
 
 // The line of one marker: a box for each run of equal states. Errors are drawn last, on top.
-std::string row_of(const scoring::Timeline& timeline, const std::vector<scoring::NameState>& states,
+std::string row_of(const scoring::Timeline& timeline, const std::vector<scoring::LabelVerdict>& states,
                    const TimeAxis& axis, double y) {
   std::string good, bad;
   for (std::size_t begin = 0; begin < states.size();) {

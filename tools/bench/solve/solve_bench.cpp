@@ -164,7 +164,7 @@ Result<SolveBenchFigures> run_solve_bench(const SolveBenchSettings& settings) {
 
   simworld::Recognition recognition(world.performers());
   double label_us = 0.0, solve_us = 0.0;
-  fusion::FusionParts parts = assemble_row(daemon);
+  fusion::FusionParts parts = assemble_fusion_parts(daemon);
   parts.labeller = std::make_unique<TimedLabeller>(std::move(parts.labeller), label_us);
   parts.solver = std::make_unique<TimedSolver>(std::move(parts.solver), solve_us);
   fusion::Fusion fusion(std::move(parts), static_cast<std::uint32_t>(daemon.rig.size()));

@@ -84,7 +84,7 @@ double LabelTally::identity_f1() const {
   const auto givens_of = assigner.assign(markers, markers, pairs, static_cast<double>(most));
   std::uint64_t common = 0;
   for (std::size_t truth = 0; truth < markers; ++truth) {
-    if (givens_of[truth] != geometry::Assigner::kAlone) common += count(truth, givens_of[truth]);
+    if (givens_of[truth] != geometry::Assigner::kUnassigned) common += count(truth, givens_of[truth]);
   }
   return of == 0 ? 1.0 : 2.0 * static_cast<double>(common) / static_cast<double>(of);
 }

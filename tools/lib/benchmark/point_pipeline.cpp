@@ -70,7 +70,7 @@ class PointPipeline::Points final {
     const auto columns =
         assigner_.assign(predicted.markers.size(), matches_.matches.size(), pairs_, kGateSigmas * kGateSigmas);
     for (std::uint32_t p = 0; p < predicted.markers.size(); ++p) {
-      if (columns[p] == geometry::Assigner::kAlone || predicted.markers[p].track.names_something()) continue;
+      if (columns[p] == geometry::Assigner::kUnassigned || predicted.markers[p].track.names_something()) continue;
       matches_.matches[columns[p]].prediction = p;
     }
   }
@@ -183,7 +183,7 @@ class PointTriangulator final : public Triangulator {
 }  // namespace
 
 PointPipeline::PointPipeline(const settings::DaemonSettings& settings) : points_(std::make_unique<Points>()) {
-  fusion::FusionParts parts = assemble_row(settings);
+  fusion::FusionParts parts = assemble_fusion_parts(settings);
   parts.matcher = std::make_unique<PointMatcher<Points>>(*points_);
   parts.triangulator = std::make_unique<PointTriangulator<Points>>(*points_);
   auto tracker = std::make_unique<CutTracker>(std::move(parts.tracker));

@@ -8,7 +8,7 @@ namespace mocap::scoring {
 namespace {
 
 constexpr Duration kOutageFrom = std::chrono::milliseconds(100);  // shortest outage that counts
-constexpr double kNamedAgain = 0.9;  // share of the visible markers with the right label that ends an outage
+constexpr double kReacquiredShare = 0.9;  // share of the visible markers with the right label that ends an outage
 constexpr double kNearerBy =
     0.5;  // measurement noise alone never makes another marker half as far away as the own marker
 
@@ -123,15 +123,15 @@ LabelScorer::Judged LabelScorer::judge_name(const NamedMarker& name, const EvalF
   const NamedMarker* own = find_own(truth.markers, name);
   if (own == nullptr) {
     counts.unjudged += measured ? 1U : 0U;
-    return {NameState::Unseen, 0.0, nullptr};
+    return {LabelVerdict::Unseen, 0.0, nullptr};
   }
   const double off_m = (name.position_m - own->position_m).norm();
   if (!measured) {
     ++counts.filled;
     counts.filled_squares_m2 += off_m * off_m;
-    if (off_m <= kRightWithin_m) return {NameState::Filled, off_m, nullptr};
+    if (off_m <= kRightWithin_m) return {LabelVerdict::Filled, off_m, nullptr};
     ++counts.filled_off;
-    return {NameState::FilledOff, off_m, nullptr};
+    return {LabelVerdict::FilledOff, off_m, nullptr};
   }
   double other_m = std::numeric_limits<double>::max();
   const NamedMarker* other = nullptr;
@@ -145,11 +145,11 @@ LabelScorer::Judged LabelScorer::judge_name(const NamedMarker& name, const EvalF
   if (off_m <= kRightWithin_m && !on_another) {
     ++counts.right;
     counts.squares_m2 += off_m * off_m;
-    return {NameState::Right, off_m, nullptr};
+    return {LabelVerdict::Right, off_m, nullptr};
   }
   ++counts.wrong;
   counts.exchanged += on_another && other->subject != name.subject ? 1U : 0U;
-  return {NameState::Wrong, off_m, on_another ? other : nullptr};
+  return {LabelVerdict::Wrong, off_m, on_another ? other : nullptr};
 }
 
 LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, const EvalFrame& truth,
@@ -161,25 +161,25 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
   for (const NamedMarker& m : truth.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
   for (const NamedMarker& m : reported.markers) markers = m.subject == id ? std::max(markers, m.marker + 1) : markers;
   if (subject.wrong_run.size() < markers) subject.wrong_run.resize(markers);
-  std::vector<NameState> states(subject.wrong_run.size(), NameState::Unseen);
+  std::vector<LabelVerdict> states(subject.wrong_run.size(), LabelVerdict::Unseen);
   for (const NamedMarker& m : truth.markers) {
     if (m.subject != id || !is_visible(m)) continue;
     ++verdicts.visible;
-    states[m.marker] = NameState::Lost;
+    states[m.marker] = LabelVerdict::Lost;
   }
   for (const NamedMarker& name : reported.markers) {
     if (name.subject != id) continue;
-    const bool visible = states[name.marker] == NameState::Lost;
+    const bool visible = states[name.marker] == LabelVerdict::Lost;
     const Judged judged = judge_name(name, truth, counts);
-    const NameState state = judged.state;
-    if (state != NameState::Unseen) states[name.marker] = state;
-    if (state == NameState::Wrong)
+    const LabelVerdict state = judged.state;
+    if (state != LabelVerdict::Unseen) states[name.marker] = state;
+    if (state == LabelVerdict::Wrong)
       note_wrong(name, judged, subject.wrong_run[name.marker], to_s(reported.exposed_at - *begun_at_));
-    verdicts.right += visible && state == NameState::Right ? 1U : 0U;
-    verdicts.wrong += state == NameState::Wrong ? 1U : 0U;
+    verdicts.right += visible && state == LabelVerdict::Right ? 1U : 0U;
+    verdicts.wrong += state == LabelVerdict::Wrong ? 1U : 0U;
   }
   for (std::size_t m = 0; m < states.size(); ++m) {
-    if (states[m] != NameState::Wrong) end_event(subject.wrong_run[m], counts);
+    if (states[m] != LabelVerdict::Wrong) end_event(subject.wrong_run[m], counts);
   }
   counts.visible += verdicts.visible;
   counts.visible_right += verdicts.right;
@@ -194,11 +194,11 @@ LabelScorer::Verdicts LabelScorer::judge(std::uint32_t id, Subject& subject, con
   return verdicts;
 }
 
-void LabelScorer::keep(std::uint32_t id, const std::vector<NameState>& states, double t_s) {
+void LabelScorer::keep(std::uint32_t id, const std::vector<LabelVerdict>& states, double t_s) {
   Timeline& line = timelines_[id];
   line.t_s.push_back(t_s);
   if (line.markers.size() < states.size()) {
-    line.markers.resize(states.size(), std::vector<NameState>(line.t_s.size() - 1, NameState::Unseen));
+    line.markers.resize(states.size(), std::vector<LabelVerdict>(line.t_s.size() - 1, LabelVerdict::Unseen));
   }
   for (std::size_t m = 0; m < states.size(); ++m) line.markers[m].push_back(states[m]);
 }
@@ -215,8 +215,8 @@ void LabelScorer::follow_outage(Subject& subject, const Verdicts& verdicts, Time
     subject.light_since = at;
   }
   subject.dark_since.reset();
-  const bool named =
-      verdicts.wrong == 0 && static_cast<double>(verdicts.right) >= kNamedAgain * static_cast<double>(verdicts.visible);
+  const bool named = verdicts.wrong == 0 &&
+                     static_cast<double>(verdicts.right) >= kReacquiredShare * static_cast<double>(verdicts.visible);
   if (!subject.reacquiring || !named) return;
   subject.counts.reacquire_s.push_back(to_s(at - *subject.light_since));
   subject.reacquiring = false;
@@ -253,8 +253,9 @@ void LabelScorer::count_ghosts(const EvalFrame& truth, const EvalFrame& reported
   unlabelled_ += reported.unlabelled_m.size();
   for (const Eigen::Vector3d& found : reported.unlabelled_m) {
     const auto near = [&](const NamedMarker& m) { return (found - m.position_m).norm() <= kGhostFrom_m; };
-    const auto near_nameless = [&](const Eigen::Vector3d& at) { return (found - at).norm() <= kGhostFrom_m; };
-    if (std::ranges::none_of(truth.markers, near) && std::ranges::none_of(truth.unlabelled_m, near_nameless)) ++ghosts_;
+    const auto near_unlabelled = [&](const Eigen::Vector3d& at) { return (found - at).norm() <= kGhostFrom_m; };
+    if (std::ranges::none_of(truth.markers, near) && std::ranges::none_of(truth.unlabelled_m, near_unlabelled))
+      ++ghosts_;
   }
 }
 

@@ -66,7 +66,7 @@ struct MarkerOf {
 };
 
 /// The verdict on one label in one set, for the timeline.
-enum class NameState : std::uint8_t { Unseen, Lost, Right, Wrong, Filled, FilledOff };
+enum class LabelVerdict : std::uint8_t { Unseen, Lost, Right, Wrong, Filled, FilledOff };
 
 /// A run of sets in which one label was wrong.
 struct WrongEvent {
@@ -81,7 +81,7 @@ struct WrongEvent {
 /// The timeline of one subject: for each marker, the verdicts of all sets.
 struct Timeline {
   std::vector<double> t_s;
-  std::vector<std::vector<NameState>> markers;
+  std::vector<std::vector<LabelVerdict>> markers;
 };
 
 /// Scores the labels of a stream, set by set.
@@ -117,13 +117,13 @@ class LabelScorer {
 
   Verdicts judge(std::uint32_t id, Subject& subject, const EvalFrame& truth, const EvalFrame& reported);
   struct Judged {
-    NameState state = NameState::Unseen;
+    LabelVerdict state = LabelVerdict::Unseen;
     double off_m = 0.0;
     const NamedMarker* on = nullptr;  // the other marker on which the label lies, or null
   };
   Judged judge_name(const NamedMarker& name, const EvalFrame& truth, LabelCounts& counts) const;
   static void note_wrong(const NamedMarker& name, const Judged& judged, WrongEvent& run, double t_s);
-  void keep(std::uint32_t id, const std::vector<NameState>& states, double t_s);
+  void keep(std::uint32_t id, const std::vector<LabelVerdict>& states, double t_s);
   void end_event(WrongEvent& run, LabelCounts& counts);
   void follow_outage(Subject& subject, const Verdicts& verdicts, Timestamp at) const;
   void count_mot(const EvalFrame& truth, const EvalFrame& reported);

@@ -54,7 +54,7 @@ std::string to_text(const Score& s) {
                       or_dash(s.marker_max_mm, "mm"), or_dash(s.filled_rms_mm, "mm"));
   text += fmt::format("joints    rms {}, max {}, rotation rms {}\n", or_dash(s.joint_rms_mm, "mm"),
                       or_dash(s.joint_max_mm, "mm"), or_dash(s.rotation_rms_deg, "deg"));
-  text += fmt::format("nameless  {} markers, {} ghosts\n", s.unlabelled, s.ghosts);
+  text += fmt::format("unlabelled {} markers, {} ghosts\n", s.unlabelled, s.ghosts);
   if (s.unknown_labels > 0) {
     text += fmt::format("warning   {} labels have names that the truth does not know: other marker set?\n",
                         s.unknown_labels);

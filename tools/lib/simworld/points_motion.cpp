@@ -65,19 +65,19 @@ class PointClip final : public Clip {
     const auto frame = static_cast<std::size_t>(at);
     const double share = at - static_cast<double>(frame);
     into.clear();
-    for (const auto& [point, named] : lights_) {
+    for (const auto& [point, is_labelled] : lights_) {
       const scene::C3dSample& before = points_.sample(frame, point);
       const scene::C3dSample& after = points_.sample(std::min(frame + 1, points_.frames - 1), point);
       const bool there = before.there && (share == 0.0 || after.there);
       const Vector3d place = (1.0 - share) * before.position_m + share * after.position_m;
-      into.push_back({there ? Vector3d(world_from_file_ * place + to_middle_) : Vector3d::Zero(), there, named});
+      into.push_back({there ? Vector3d(world_from_file_ * place + to_middle_) : Vector3d::Zero(), there, is_labelled});
     }
   }
 
  private:
   struct Source {
     std::size_t point;
-    bool named;
+    bool is_labelled;
   };
 
   // Chooses y or z as the vertical axis: the axis along which the markers of one instant have the larger variance,
@@ -88,9 +88,9 @@ class PointClip final : public Clip {
     for (std::size_t frame = 0; frame < points_.frames; ++frame) {
       Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
       double count = 0.0;
-      for (const auto& [point, named] : lights_) {
+      for (const auto& [point, is_labelled] : lights_) {
         const scene::C3dSample& sample = points_.sample(frame, point);
-        if (!sample.there || !named) continue;
+        if (!sample.there || !is_labelled) continue;
         sum += sample.position_m;
         squares += sample.position_m.cwiseAbs2();
         low = low.cwiseMin(sample.position_m);
@@ -138,14 +138,14 @@ class Crowd final : public PointMotion {
  public:
   Crowd(std::unique_ptr<Clip> clip, std::size_t markers) : clip_(std::move(clip)) {
     clip_->at(0.0, one_);
-    const auto named = static_cast<std::size_t>(std::ranges::count(one_, true, &Light::named));
-    markers_ = markers == 0 ? named : markers;
-    people_ = (markers_ + named - 1) / named;
-    nameless_ = one_.size() - named;
+    const auto labelled = static_cast<std::size_t>(std::ranges::count(one_, true, &Light::is_labelled));
+    markers_ = markers == 0 ? labelled : markers;
+    people_ = (markers_ + labelled - 1) / labelled;
+    unlabelled_ = one_.size() - labelled;
     step_s_ = std::min(kOutOfStep_s, 0.5 * clip_->length_s() / static_cast<double>(people_));
   }
 
-  std::size_t light_count() const override { return markers_ + nameless_; }
+  std::size_t light_count() const override { return markers_ + unlabelled_; }
   // Ends when the first person reaches the end of the clip: the reversal there is an unrealistic jump of the velocity.
   double length_s() const override { return clip_->length_s() - step_s_ * static_cast<double>(people_ - 1); }
   double rate_hz() const override { return clip_->rate_hz(); }
@@ -159,12 +159,12 @@ class Crowd final : public PointMotion {
       const Vector3d place(kApart_m * (static_cast<double>(person % columns) - middle),
                            kApart_m * (static_cast<double>(person / columns) - middle), 0.0);
       for (const Light& light : one_) {
-        if (light.named && into.size() < markers_) into.push_back({light.position + place, light.there, true});
+        if (light.is_labelled && into.size() < markers_) into.push_back({light.position + place, light.there, true});
       }
     }
-    if (nameless_ == 0) return;
+    if (unlabelled_ == 0) return;
     clip_->at(t_s, one_);
-    std::ranges::copy_if(one_, std::back_inserter(into), [](const Light& light) { return !light.named; });
+    std::ranges::copy_if(one_, std::back_inserter(into), [](const Light& light) { return !light.is_labelled; });
   }
 
  private:
@@ -172,7 +172,7 @@ class Crowd final : public PointMotion {
   mutable std::vector<Light> one_;
   std::size_t markers_ = 0;
   std::size_t people_ = 1;
-  std::size_t nameless_ = 0;
+  std::size_t unlabelled_ = 0;
   double step_s_ = 0.0;
 };
 

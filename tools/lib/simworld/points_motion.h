@@ -15,7 +15,7 @@ namespace mocap::simworld {
 struct Light {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
   bool there = false;                                  ///< false in a gap of the recording
-  bool named = true;                                   ///< false: an unlabelled point of a recording
+  bool is_labelled = true;                             ///< false: an unlabelled point of a recording
 };
 
 /// Moving lights: copies of a recording, or a random swarm.

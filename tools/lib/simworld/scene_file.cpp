@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 using settings::TomlTable;
 
 // Sections of mocapd.toml with settings of the pipeline steps.
-constexpr const char* kRowSections[] = {"align", "match", "triangulate", "track_markers", "label", "solve", "refine"};
+constexpr const char* kPipelineSections[] = {"align", "match", "triangulate", "track_markers",
+                                             "label", "solve", "refine"};
 
 void read_rig(TomlTable& table, SceneFile& scene) {
   table.number("cameras", scene.ring.cameras, {2, 64});
@@ -177,9 +178,9 @@ Result<SceneFile, settings::Faults> load_scene(const fs::path& path) {
   if (auto image = root.table("image", "image")) read_image(*image, scene), image->done();
   if (auto goal = root.table("goal", "goal")) read_goal(*goal, scene.goal), goal->done();
   for (const settings::Section& section : settings::sections()) {
-    const bool of_the_row =
-        std::ranges::any_of(kRowSections, [&](const char* name) { return std::string_view(name) == section.name; });
-    if (!of_the_row) continue;
+    const bool of_the_pipeline = std::ranges::any_of(
+        kPipelineSections, [&](const char* name) { return std::string_view(name) == section.name; });
+    if (!of_the_pipeline) continue;
     if (auto table = root.table(section.name, section.name)) {
       section.declare(*table, scene.daemon);
       table->done();
