@@ -12,7 +12,7 @@
 
 namespace mocap {
 
-/// What the cameras of one run share. Outlives the cameras.
+/// The objects that the cameras of one run share. Outlives the cameras.
 struct SharedByCameras {
   Timestamp epoch;  ///< simulated cameras that run in real time start here, unless their settings have an epoch
   cameras::NodeClocks node_clocks;

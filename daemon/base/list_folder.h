@@ -6,7 +6,7 @@
 
 namespace mocap {
 
-/// What a folder contains, as far as it was read.
+/// The contents of a folder, as far as it was read.
 struct FolderContents {
   std::vector<std::filesystem::path> paths;  ///< files and folders in the folder, sorted
   std::error_code error;                     ///< why the folder, or the rest of it, was not read

@@ -7,7 +7,7 @@
 
 namespace mocap::exports {
 
-/// What precedes the names of a subject's markers and bones in a file: "NAME:" if the clip has more than one subject,
+/// The prefix of the names of a subject's markers and bones in a file: "NAME:" if the clip has more than one subject,
 /// otherwise nothing.
 std::string prefix_of(const Clip& clip, const ClipSubject& subject);
 

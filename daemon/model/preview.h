@@ -20,7 +20,7 @@ struct PreviewBlob {
   float area_px2 = 0.0F;
 };
 
-/// What a preview shows.
+/// The properties of a preview: camera, image, scale.
 struct PreviewHead {
   CameraId camera;
   std::uint64_t number = 0;  ///< the camera's own count of exposures

@@ -9,7 +9,7 @@
 
 namespace mocap {
 
-/// What one camera delivered since the last report.
+/// The counts of one camera since the last report.
 struct CameraSight {
   std::uint64_t images = 0;
   DetectionCounts detection;  ///< of these images

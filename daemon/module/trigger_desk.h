@@ -11,7 +11,7 @@
 
 namespace mocap {
 
-/// What a TriggerDesk wants done.
+/// The actions that a TriggerDesk asks for.
 struct TriggerActions {
   struct Line {
     bool refused = false;

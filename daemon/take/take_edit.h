@@ -12,7 +12,7 @@
 
 namespace mocap::take {
 
-/// What to change in the info of a take; what is absent stays.
+/// Changes of the info of a take; an absent member stays.
 struct TakeEdit {
   std::optional<std::string> name;
   std::optional<std::string> slate;

@@ -14,7 +14,7 @@ namespace mocap::take {
 /// The name of the metadata record of a take. A file may have several; the last one counts.
 inline constexpr const char* kTakeMetadata = "take";
 
-/// What an operator knows about a take, and when it was recorded.
+/// The metadata of a take: its name, what an operator notes about it, and when it was recorded.
 struct TakeInfo {
   std::string name;
   std::string slate;

@@ -29,7 +29,7 @@ inline constexpr std::string_view kBlobsTopics = "blobs/";  ///< followed by the
 inline constexpr std::string_view kHealthTopic = "health";
 inline constexpr std::string_view kEventTopic = "event";
 
-/// What a take has from its start.
+/// The content of a take from its start on.
 struct TakeStart {
   TakeInfo info;  ///< `started_at` and `utc_minus_host` are required
   Description description;

@@ -9,7 +9,7 @@
 // The answers to a request, as bytes in the dialect of its sender. Pure. Nothing: the dialect has no such answer.
 namespace mocap::trigger {
 
-/// What an answer says of a take. `path`: of its file; empty if it is not known.
+/// The facts about a take in an answer. `path`: of its file; empty if it is not known.
 struct AnsweredTake {
   std::string name;
   std::string path;

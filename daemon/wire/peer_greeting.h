@@ -6,7 +6,7 @@
 
 namespace mocap::wire {
 
-/// What a program announces at the start of a connection.
+/// The announcement of a program at the start of a connection.
 enum class Greeting {
   Unknown,      ///< it has not said enough yet, closed the connection, or is not reached by TCP
   NotZeroMq,    ///< it speaks another protocol, or ZeroMQ before version 4

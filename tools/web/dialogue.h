@@ -10,7 +10,7 @@
 
 namespace mocap::web {
 
-/// What a dialogue may ask of its connection, while the connection exists.
+/// The interface of a connection for its dialogue, while the connection exists.
 struct Connection {
   std::function<void()> wake;                                   ///< a message may be ready
   std::function<void(const std::string& reason)> cut;           ///< ends the connection and counts `reason`
@@ -19,7 +19,7 @@ struct Connection {
   std::function<void()> topics_changed;                         ///< the feed's topics that are wanted have changed
 };
 
-/// What is said over one WebSocket, in one subprotocol. One thread. Made when the connection opens, destroyed when it
+/// The messages over one WebSocket, in one subprotocol. One thread. Made when the connection opens, destroyed when it
 /// ends.
 class Dialogue {
  public:

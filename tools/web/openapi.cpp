@@ -110,7 +110,7 @@ json operation_of(const Method& method, Schemas& schemas) {
   return {{"post", std::move(operation)}};
 }
 
-// What this program itself answers, beside the requests of the control protocol.
+// The requests that this program itself answers, beside those of the control protocol.
 struct OwnMethod {
   const char* path;
   const char* method;

@@ -71,7 +71,7 @@ class PeerClock {
   Duration uncertainty(Timestamp now) const;
 
   double drift() const { return line_.drift; }
-  /// What the line of the last echo rests on.
+  /// The source of the line since the last echo.
   PeerLineSource source() const { return source_; }
   /// Shortest round trip so far.
   Duration round_trip() const { return round_trip_; }

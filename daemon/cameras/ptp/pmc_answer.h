@@ -9,7 +9,7 @@
 
 namespace mocap::cameras {
 
-/// What ptp4l states about the clock that it measures or disciplines.
+/// The statement of ptp4l about the clock that it measures or disciplines.
 struct PmcAnswer {
   std::uint64_t grandmaster = 0;
   Duration offset{};                 ///< this clock minus the grandmaster's

@@ -15,7 +15,7 @@ inline constexpr std::size_t kMostBeliefBytes = 32'000'000;
 /// The time between two beliefs that are kept for takes.
 inline constexpr Duration kBeliefPeriod = std::chrono::seconds(1);
 
-/// What the fusion knows between two sets: a fusion of the same configuration that takes it over gives the same
+/// The state of the fusion between two sets: a fusion of the same configuration that takes it over gives the same
 /// snapshots from the next set on (fusion::Fusion::archive).
 struct Belief {
   std::uint64_t after_set = 0;  ///< number of the last set that it knows

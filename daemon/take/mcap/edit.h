@@ -16,7 +16,7 @@ namespace mocap::take::mcap {
 /// repair first) and Io; a full disk leaves the file as it was.
 Status add_metadata(const std::filesystem::path& path, const Metadata& metadata);
 
-/// What `repair_file` kept and left out.
+/// The result of `repair_file`: what it kept and left out.
 struct Repair {
   std::uint64_t messages = 0;
   std::uint64_t lost_bytes = 0;  ///< of the old file: behind its last whole record, or damaged

@@ -21,7 +21,7 @@ struct Damage {
   std::string what;  ///< names the byte
 };
 
-/// What a file has without its index.
+/// The content of a file, found without its index.
 struct Scan {
   Header header;
   Summary summary;

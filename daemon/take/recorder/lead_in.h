@@ -16,7 +16,7 @@ namespace mocap::take {
 /// images of the first set after it were exposed before it.
 inline constexpr Duration kLongestLead = 2 * kBeliefPeriod + kLongestSet;
 
-/// What was captured just before a take: the last belief of the fusion, and all sets from then to the start of the
+/// The data from just before a take: the last belief of the fusion, and all sets from then to the start of the
 /// take. With it the take can be tracked again as it was (Belief in take.proto).
 class LeadIn {
  public:

@@ -82,7 +82,7 @@ class TakeBuffer {
   bool held_ = false;
   Lost lost_;
 
-  // Of the reading thread.
+  // Used by the reading thread only.
   std::vector<char> copied_;
   std::vector<BufferedMessage> batch_;
 };

@@ -37,7 +37,7 @@ class TakeInProgress {
   /// Completes info and file. `ended_early`: the reason; empty: as ordered. Fails as TakeWriter::finish does.
   Status finish(Timestamp now, const QualityReport& report, const std::string& ended_early);
 
-  /// What the take became, for log and operator. `fault`: why it ended early; empty: it did not.
+  /// The result of the take, for log and operator. `fault`: why it ended early; empty: it did not.
   std::string words(const QualityReport& report, const std::string& fault) const;
 
   std::unique_ptr<TakeWriter> writer;

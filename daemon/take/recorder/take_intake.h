@@ -65,7 +65,7 @@ class TakeIntake {
   std::atomic<std::uint64_t> dropped_images_{0};
   std::atomic<std::uint64_t> first_set_{kNoSet};
 
-  // Of the intake thread.
+  // Used by the intake thread only.
   Description description_;
   bool description_changed_ = false;
   wire::EventWatch events_;

@@ -378,7 +378,7 @@ class DiskTakeRecorder : public TakeRecorder {
   TakeIntake intake_;
   const TakeFolder folder_;
 
-  // Of the disk thread.
+  // Used by the disk thread only.
   std::optional<TakeInProgress> recording_;
   WaitingStart waiting_;
   std::optional<TakeOrder> next_;  // starts when the take in progress has ended

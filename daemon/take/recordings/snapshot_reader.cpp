@@ -18,7 +18,7 @@
 namespace mocap::take {
 namespace {
 
-// What all forms have in common: messages become snapshots.
+// Converts messages to snapshots, for every form of a recording.
 class MessageReader : public SnapshotReader {
  public:
   explicit MessageReader(const std::filesystem::path& path) : path_(path) {}

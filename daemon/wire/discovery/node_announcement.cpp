@@ -24,7 +24,7 @@ constexpr int kMostNames = 9;                // nodes of one name in a network
 constexpr std::int32_t kStateCollision = 3;  // avahi-common/defs.h: AVAHI_ENTRY_GROUP_COLLISION
 constexpr std::int32_t kAnyInterface = -1, kAnyProtocol = -1;
 
-// What the callbacks of the bus note.
+// The answers of the bus that its callbacks store.
 struct Heard {
   bool collision = false;
   bool restarted = false;  // Avahi started or ended

@@ -10,7 +10,7 @@
 
 namespace mocap::wire {
 
-/// What other machines learn about a node.
+/// The properties of a node that it announces to other machines.
 struct AnnouncedNode {
   std::string name;
   std::uint16_t port = 0;

@@ -33,7 +33,7 @@ constexpr double kSettle_s = 0.5;  // between the last join and the first measur
 constexpr Duration kPatience = std::chrono::milliseconds(20);
 constexpr Duration kLastFrames = std::chrono::milliseconds(500);  // until the last frames have arrived
 
-// What a run needs to know of a protocol.
+// The properties of a protocol that a run needs.
 struct Way {
   std::string protocol;
   std::string program;                                // empty: the reference

@@ -13,7 +13,7 @@ enum class UpAxis { Y, Z };
 enum class Naming { Motive, Fbx, Bvh };
 enum class Kind { MarkerSet, Body, Skeleton };
 
-/// What a client asked for with SubscribeToData and SubscribeByID.
+/// The data that a client asked for with SubscribeToData and SubscribeByID.
 struct Subscription {
   Kind kind = Kind::Body;
   std::string name;  ///< empty: all of the kind, or the one with `id`

@@ -15,7 +15,7 @@ struct NodeAddress {
   wire::ClientKeys keys = {};
 };
 
-/// What a node says of itself.
+/// The statement of a node about itself.
 struct NodeAnswer {
   std::string endpoint;
   std::optional<wire::NodeEcho> echo;  ///< the one with the shortest round trip

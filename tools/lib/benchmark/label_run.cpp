@@ -35,7 +35,7 @@ Result<MarkerSet> true_body_of(const LabelledClip& clip, const LabelCase& wanted
                            clip.marker_set.markers.size())};
 }
 
-// What the daemon knows of the body.
+// The daemon's knowledge of the body.
 Subject label_subject_of(const MarkerSet& body, const LabelCase& wanted) {
   const bool is_known = wanted.mode == BodyKnown::Given || wanted.mode == BodyKnown::Static;
   if (is_known) return {"benchmark", body, true};

@@ -15,7 +15,7 @@
 
 namespace mocap::benchmark {
 
-/// What the daemon knows of the person when the clip begins.
+/// The daemon's knowledge of the person when the clip begins.
 enum class BodyKnown {
   Given,       ///< bone lengths and marker offsets, fitted to the clip itself
   Static,      ///< the same, fitted to a static trial of the person

@@ -37,7 +37,7 @@ std::filesystem::path file_of(const Unit& unit);
 /// The name of the new take if none is given: NAME-retracked.mcap in the current folder.
 std::filesystem::path default_out(const std::filesystem::path& take);
 
-/// What all units have in common.
+/// The settings that all units have in common.
 struct UnitCommand {
   std::filesystem::path mocapctl;    ///< the program
   std::vector<std::string> options;  ///< of `take retrack`, with absolute paths

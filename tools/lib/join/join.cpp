@@ -127,7 +127,7 @@ Result<std::vector<Seam>> seams_of(const ChunkTakes& takes, const std::function<
   return seams;
 }
 
-// What a take that is there was made of.
+// The digest of the inputs of an existing take.
 Result<std::string> recorded_made_of(const std::filesystem::path& path) {
   const Result<take::TakeReader> take = take::TakeReader::open(path);
   if (!take) return take.error();

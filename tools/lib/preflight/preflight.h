@@ -9,7 +9,7 @@
 
 namespace mocap::preflight {
 
-/// What the daemon and this machine say about a recording that is about to begin.
+/// The findings about daemon and machine before a recording begins.
 struct PreflightFacts {
   v1::Status before;  ///< a few seconds before `now`, so that counters tell what happens now
   v1::Status now;

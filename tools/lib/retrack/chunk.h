@@ -25,7 +25,7 @@ struct Chunk {
 Result<Chunk> parse_chunk(std::string_view text);
 std::string to_text(const Chunk& chunk);
 
-/// What the metadata of a chunk say: "chunk 3/8 of DIGEST". `digest`: of what the joined take is made of.
+/// The place of a chunk, as its metadata say: "chunk 3/8 of DIGEST". `digest`: of the inputs of the joined take.
 struct ChunkOrigin {
   Chunk chunk;
   std::string digest;

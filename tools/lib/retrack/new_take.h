@@ -22,7 +22,7 @@ namespace mocap::retrack {
 /// A key of the metadata of a take that was tracked again: what it was made of (`made_of`); of a chunk: `origin_of`.
 inline constexpr const char* kMadeOf = "retracked_made_of";
 
-/// What a new take has from its start.
+/// The content of a new take from its start on.
 struct NewTakeStart {
   Description description;
   std::vector<TakeFile> files = {};

@@ -9,7 +9,7 @@
 
 namespace mocap::web {
 
-/// What a channel of the Foxglove protocol carries.
+/// The kind of data of a channel of the Foxglove protocol.
 enum class ChannelContent { Bones, Scene, Cameras, Image };
 
 /// One channel of the Foxglove protocol.

@@ -43,7 +43,7 @@ class Connections {
 
 class WebSocketSession;
 
-/// What all sessions use.
+/// The objects that all sessions use.
 struct Shared {
   Site& site;
   Hub& hub;
