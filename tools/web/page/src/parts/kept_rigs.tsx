@@ -13,7 +13,12 @@ export function KeptRigs({ changes, restored }: { changes: number; restored(): v
   const [rigs, setRigs] = useState<KeptRig[]>([]);
   const [outcome, setOutcome] = useState<Outcome | null>(null);
   useEffect(() => {
-    if (open.value) listRigs().then(setRigs, () => setRigs([]));
+    if (!open.value) return undefined;
+    let isNewest = true;
+    listRigs().then((all) => isNewest && setRigs(all), () => undefined); // a lost connection: the list is asked for again when it is back
+    return () => {
+      isNewest = false;
+    };
   }, [open.value, changes]);
   const restore = async (name: string) => {
     setOutcome(await order("calibration", { action: "ACTION_RESTORE", name }));
