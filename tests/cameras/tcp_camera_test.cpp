@@ -199,6 +199,28 @@ TEST_F(TcpCamera, RefusesAUtcStampOfAnotherYearAndDeliversTheNextImage) {
   EXPECT_EQ(counters.failed_frames.load(), 1U);
 }
 
+// An exposure in the future would make the images of all other cameras late.
+TEST_F(TcpCamera, RefusesAUtcStampInTheFutureAndDeliversTheNextImage) {
+  TcpSettings settings = small_images(sender.port());
+  settings.stamps_are_utc = true;
+  connect(settings);
+  Message fast, good;
+  fast.stamp_ns = to_ns(host_now() + std::chrono::seconds(1)) + utc_minus_host().count();
+
+  sender.send_message(fast);
+  const Result<Frame> refused = camera->next(kPatience);
+  good.stamp_ns = to_ns(host_now()) + utc_minus_host().count();
+  sender.send_message(good);
+  const Result<Frame> frame = camera->next(kPatience);
+
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::Io);
+  EXPECT_THAT(refused.error().message, HasSubstr("s later than its arrival in UTC, expected at most 0.001 s"));
+  EXPECT_THAT(refused.error().message, HasSubstr("synchronise the sender's clock"));
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_LE(frame->exposed_at, frame->received_at);
+}
+
 TEST_F(TcpCamera, ReadsTwelveBitsInTwoBytes) {
   TcpSettings settings = small_images(sender.port());
   settings.pixel_format = PixelFormat::Mono12;
@@ -307,7 +329,9 @@ TEST_F(TcpCamera, RefusesAHugeImage) {
 TEST_F(TcpCamera, RefusesAByteCountThatDoesNotFitTheSize) {
   Message message;
   message.byte_count = 513;
-  EXPECT_THAT(failure_after(message).message, HasSubstr("the byte count in the header is 513, expected 512"));
+  EXPECT_THAT(failure_after(message).message,
+              HasSubstr("the byte count in the header is 513, expected 512; let the program at this address send "
+                        "the format of daemon/cameras/tcp/README.md"));
 }
 
 TEST_F(TcpCamera, RefusesANumberThatDoesNotIncreaseAndDeliversTheNextImage) {
@@ -325,6 +349,46 @@ TEST_F(TcpCamera, RefusesANumberThatDoesNotIncreaseAndDeliversTheNextImage) {
   EXPECT_EQ(repeated.error().code, ErrorCode::Io);
   EXPECT_THAT(repeated.error().message, HasSubstr("image 7 is invalid: its number"));
   EXPECT_TRUE(camera->next(kPatience));
+}
+
+TEST_F(TcpCamera, IsLostIfTheSenderBeginsItsNumbersAgainAndDeliversThemOnANewConnection) {
+  connect();
+  Message late, again;
+  late.number = 5000;
+  again.number = 0;
+
+  sender.send_message(late);
+  ASSERT_TRUE(camera->next(kPatience));
+  for (int i = 0; i < 7; ++i) {
+    again.number = static_cast<std::uint64_t>(i);
+    sender.send_message(again);
+    EXPECT_EQ(camera->next(kPatience).error().code, ErrorCode::Io);
+  }
+  again.number = 7;
+  sender.send_message(again);
+  const Result<Frame> lost = camera->next(kPatience);
+
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().code, ErrorCode::DeviceLost);
+  EXPECT_THAT(lost.error().message, HasSubstr("its image numbers began again"));
+  ASSERT_TRUE(camera->start());
+  sender.accept_camera();
+  sender.send_message(again);
+  EXPECT_TRUE(camera->next(kPatience));
+}
+
+TEST_F(TcpCamera, CountsAJumpOfTheSendersClock) {
+  connect();
+  Message message;
+  sender.send_message(message);
+  ASSERT_TRUE(camera->next(kPatience));
+  ++message.number;
+  message.stamp_ns -= 500'000'000;
+
+  sender.send_message(message);
+  ASSERT_TRUE(camera->next(kPatience));
+
+  EXPECT_EQ(counters.clock_leaps.load(), 1U);
 }
 
 TEST_F(TcpCamera, SurvivesStampsAtTheEndsOfTheirRange) {

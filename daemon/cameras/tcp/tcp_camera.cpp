@@ -11,6 +11,8 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -28,8 +30,14 @@ namespace {
 constexpr int kNone = -1;
 // Module interface: start() may wait "some tenths of a second". A host of the local network answers within 10 ms.
 constexpr Duration kConnectPatience = std::chrono::milliseconds(300);
-// A stamp of UTC that differs more from the time of arrival is not UTC. The same bound as in ExposureClock.
+// A stamp that lies further behind the time of arrival is not UTC. ExposureClock has the same bound.
 constexpr Duration kMaxUtcOffset = std::chrono::seconds(10);
+// An image arrives after its exposure, so a stamp of UTC ahead of the arrival is an error of the sender's clock. NTP
+// keeps two machines of a local network within 1 ms. One exposure in the future would make the images of all other
+// cameras late.
+constexpr Duration kMaxAhead = std::chrono::milliseconds(1);
+// So many images in a row whose numbers do not increase are no repetitions: the sender began its numbers again.
+constexpr int kMaxBehind = 8;
 // Year 2116 in UTC. Differences of two stamps from 0 to this one cannot overflow a Duration.
 constexpr Duration kMaxStamp{std::int64_t{1} << 62};
 
@@ -62,6 +70,8 @@ class TcpCamera final : public Camera {
   Result<Frame> frame_of(const TcpHeader& header, Timestamp received);
   Error lose(const std::string& why);
   Error broken(std::uint64_t number, const std::string& why);
+  Error behind(std::uint64_t number);
+  void count_image();
   Error error(ErrorCode code, const std::string& what) const {
     return {code, fmt::format("camera '{}': {}:{}: {}", name_, settings_.address, settings_.port, what)};
   }
@@ -78,7 +88,9 @@ class TcpCamera final : public Camera {
   std::optional<TcpHeader> header_;  // of the image that is arriving
   Timestamp first_byte_at_;          // of the same image
   std::optional<std::uint64_t> last_number_;
+  int behind_ = 0;  // images in a row whose numbers are not above last_number_
   ClockMapping clock_;
+  std::uint64_t leaps_counted_ = 0;
   Timestamp last_exposed_;
 };
 
@@ -92,7 +104,9 @@ Status TcpCamera::start() {
   arrived_bytes_ = 0;
   header_.reset();
   last_number_.reset();
+  behind_ = 0;
   clock_.reset();
+  last_exposed_ = {};
   log_info("camera " + name_, fmt::format("started driver=tcp address={} port={} size={}x{}", settings_.address,
                                           settings_.port, settings_.width_px, settings_.height_px));
   return {};
@@ -161,10 +175,8 @@ Status TcpCamera::receive(Timestamp end) {
 }
 
 Result<Frame> TcpCamera::frame_of(const TcpHeader& header, Timestamp received) {
-  if (last_number_ && header.frame_number <= *last_number_) {
-    return broken(header.frame_number,
-                  fmt::format("its number is not above that of the image before, {}", *last_number_));
-  }
+  if (last_number_ && header.frame_number <= *last_number_) return behind(header.frame_number);
+  behind_ = 0;
   if (header.stamp < Duration::zero() || header.stamp > kMaxStamp) {
     return broken(header.frame_number, fmt::format("its stamp is {} ns", header.stamp.count()));
   }
@@ -174,30 +186,48 @@ Result<Frame> TcpCamera::frame_of(const TcpHeader& header, Timestamp received) {
   if (settings_.stamps_are_utc) {
     middle = Timestamp{header.stamp - utc_minus_host()};
     const Duration ahead = middle - received;
-    if (ahead > kMaxUtcOffset || ahead < -kMaxUtcOffset) {
+    if (ahead > kMaxAhead || ahead < -kMaxUtcOffset) {
       return broken(header.frame_number,
-                    fmt::format("its stamp differs from UTC by {:.3f} s; synchronise the sender's clock or set clock = "
-                                "\"estimated\"",
-                                to_s(ahead)));
+                    fmt::format("its stamp is {:.3f} s {} its arrival in UTC, expected at most {:.3f} s; synchronise "
+                                "the sender's clock (NTP, PTP) or set clock = \"estimated\"",
+                                std::abs(to_s(ahead)), ahead > Duration::zero() ? "later than" : "before",
+                                to_s(ahead > Duration::zero() ? kMaxAhead : kMaxUtcOffset)));
     }
   } else {
     middle = clock_.map(header.stamp, first_byte_at_);
   }
   last_number_ = header.frame_number;
-  last_exposed_ = std::max(middle, last_exposed_ + Duration{1});
-  if (counters_ != nullptr) {
-    counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
-    counters_->clock_uncertainty_us.store(settings_.stamps_are_utc ? 0.0 : to_us(clock_.uncertainty()),
-                                          std::memory_order_relaxed);
-    counters_->clock_source.store(settings_.stamps_are_utc ? ClockSource::Camera : ClockSource::Receipts,
-                                  std::memory_order_relaxed);
-  }
+  last_exposed_ = std::max(std::min(middle, received), last_exposed_ + Duration{1});
+  count_image();
   return Frame{id_,
                header.frame_number,
                last_exposed_,
                received,
                {pixels_, packed_stride_bytes(settings_.pixel_format, settings_.width_px), settings_.width_px,
                 settings_.height_px, settings_.pixel_format}};
+}
+
+void TcpCamera::count_image() {
+  if (counters_ == nullptr) return;
+  counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
+  const std::uint64_t leaps = clock_.leaps();
+  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
+  leaps_counted_ = leaps;
+  counters_->clock_uncertainty_us.store(settings_.stamps_are_utc ? 0.0 : to_us(clock_.uncertainty()),
+                                        std::memory_order_relaxed);
+  counters_->clock_source.store(settings_.stamps_are_utc ? ClockSource::Camera : ClockSource::Receipts,
+                                std::memory_order_relaxed);
+}
+
+// An image whose number does not increase.
+Error TcpCamera::behind(std::uint64_t number) {
+  const Error repeated =
+      broken(number, fmt::format("its number is not above that of the image before, {}", *last_number_));
+  if (++behind_ < kMaxBehind) return repeated;
+  return lose(
+      fmt::format("its image numbers began again or stand still: {} images in a row are not above {}, the last "
+                  "one is {}",
+                  behind_, *last_number_, number));
 }
 
 Error TcpCamera::lose(const std::string& why) {

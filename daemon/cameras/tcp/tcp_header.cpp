@@ -50,7 +50,9 @@ Result<TcpHeader> parse_tcp_header(std::span<const std::byte, kTcpHeader_bytes> 
     const std::uint64_t value = little_endian(bytes.subspan(each.offset, each.size));
     if (value == each.expected) continue;
     return Error{ErrorCode::InvalidArgument,
-                 fmt::format("the {} in the header is {}, expected {}", each.name, value, each.expected)};
+                 fmt::format("the {} in the header is {}, expected {}; let the program at this address send the format "
+                             "of daemon/cameras/tcp/README.md with pixel_format, width_px and height_px of this camera",
+                             each.name, value, each.expected)};
   }
   return TcpHeader{little_endian(bytes.subspan(16, 8)),
                    Duration{static_cast<Duration::rep>(little_endian(bytes.subspan(24, 8)))}};
