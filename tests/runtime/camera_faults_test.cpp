@@ -72,7 +72,8 @@ TEST(CameraFaults, OfDifferentKindsDoNotDelayEachOther) {
   const std::string lines = lines_of(faults, health, kStart + seconds(1));
 
   EXPECT_THAT(lines, Not(HasSubstr("images never came")));
-  EXPECT_THAT(lines, HasSubstr("1 images came incomplete"));
+  EXPECT_THAT(lines, HasSubstr("1 images came incomplete or were refused"));
+  EXPECT_THAT(lines, HasSubstr("'unusable image' of this camera has the reason"));
   EXPECT_THAT(lines, HasSubstr("2 images arrived while no buffer was free"));
   EXPECT_THAT(lines, HasSubstr("3 images dropped, the queue to the fusion was full"));
   EXPECT_THAT(lines, HasSubstr("4 images came a second time"));

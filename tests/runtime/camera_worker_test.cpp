@@ -339,6 +339,56 @@ TEST(CameraWorker, CountsADamagedImageAndKeepsTheCamera) {
   EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{0, 2}));
 }
 
+TEST(CameraWorker, LogsEachKindOfUnusableImageOnce) {
+  Rig rig;
+  const Error broken{ErrorCode::Io, "camera 'north': image 1 came broken"};
+  const Error broken_too{ErrorCode::Io, "camera 'north': image 2 came broken"};
+  const Error late{ErrorCode::Io, "camera 'north': image 3 is late"};
+
+  const Noted noted =
+      run_and_note(rig, parts({{Deliver{0}, broken, broken_too, late, broken, Deliver{5}, kEnd}}), quick());
+
+  EXPECT_THAT(noted.log, testing::ContainsRegex("warn +camera north: unusable image: image 1 came broken"));
+  EXPECT_EQ(count_in(noted.log, "came broken"), 1U) << noted.log;
+  EXPECT_EQ(count_in(noted.log, "unusable image: image 3 is late"), 1U) << noted.log;
+}
+
+TEST(CameraWorker, LosesACameraThatOnlyGivesUnusableImagesAndNamesTheReason) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = Duration::zero();
+  testing::internal::CaptureStderr();
+
+  rig.run(parts({{Error{ErrorCode::Io, "camera 'north': image 7 has a stamp of tomorrow"}, Deliver{8}},
+                 {Error{ErrorCode::Io, "camera 'north': image 9 has a stamp of tomorrow"}, Deliver{10}},
+                 {Deliver{11}, kEnd}}),
+          settings);
+
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(rig.delivered(), std::vector<std::uint64_t>{11});
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 2U);
+  EXPECT_EQ(count_in(log, "no usable image for 0 s: image"), 1U) << log;
+  std::vector<std::string> errors;
+  CameraNote note;
+  while (rig.channel.notes.try_pop(note)) {
+    if (note.phase == CameraPhase::Reopening) errors.emplace_back(note.error.begin(), note.error.end());
+  }
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_EQ(errors[1], "no usable image for 0 s: image 9 has a stamp of tomorrow");
+}
+
+TEST(CameraWorker, KeepsARecordingWithManyUnusableImages) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = Duration::zero();
+  settings.lossless = true;
+
+  rig.run(parts({{Error{ErrorCode::Io, "not a PNG"}, Error{ErrorCode::Io, "not a PNG"}, Deliver{2}, kEnd}}), settings);
+
+  EXPECT_EQ(rig.delivered(), std::vector<std::uint64_t>{2});
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
+}
+
 TEST(CameraWorker, RejectsImagesWhoseSizeDiffersFromTheRig) {
   Rig rig;
   CameraParts camera = parts({{Deliver{0, 32, 32}}, {kEnd}});

@@ -20,9 +20,9 @@ constexpr std::array<Message, CameraFaults::kKinds> kMessages{{
     {&CameraHealth::missing_frames, "images never came",
      "use larger packets (an MTU of 9000 and packet_size_bytes) or a lower rate_hz; see mocapctl doctor; of a node: "
      "its machine or the network is too slow for its cameras"},
-    {&CameraHealth::failed_frames, "images came incomplete",
-     "packets are lost in transit: check net.core.rmem_max, MTU and link speed with mocapctl doctor; of a node: its "
-     "clock is uncertain, see clock_uncertainty_us"},
+    {&CameraHealth::failed_frames, "images came incomplete or were refused",
+     "the line 'unusable image' of this camera has the reason; if packets are missing, check net.core.rmem_max, MTU "
+     "and link speed with mocapctl doctor; if the clock of a node is uncertain, see clock_uncertainty_us"},
     {&CameraHealth::missing_packets, "packets never came, although they were requested again",
      "check cable and switch, and net.core.rmem_max with mocapctl doctor"},
     {&CameraHealth::underruns, "images arrived while no buffer was free",

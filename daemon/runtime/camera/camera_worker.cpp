@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
 #include <string_view>
 
 #include "base/log.h"
@@ -19,6 +20,12 @@ constexpr const char* kWaitsFor = "waits: ";
 
 bool alike(const Image& a, const Image& b) {
   return a.width_px == b.width_px && a.height_px == b.height_px && a.format == b.format;
+}
+
+// Texts of one kind of fault differ in numbers alone: that of the image, or its size.
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
+  return text;
 }
 
 // Removes the camera's name from the start of an error message: the log line already has the name.
@@ -93,13 +100,13 @@ Status CameraWorker::stream(const std::stop_token& stop) {
     if (silence_is_held_) log_silence();
   }
 
-  Timestamp heard_at = host_now();
+  Timestamp heard_at = host_now(), usable_at = heard_at;
   while (!stop.stop_requested()) {
     follow_orders();
     if (stopped_) return {};
     const Result<Frame> frame = parts_.camera->next(kStopCheckPeriod);
     if (frame) {
-      heard_at = host_now();
+      heard_at = usable_at = host_now();
       const Status taken = process(*frame, stop);
       if (!taken) return taken;
     } else if (frame.error().code == ErrorCode::Timeout) {
@@ -115,12 +122,29 @@ Status CameraWorker::stream(const std::stop_token& stop) {
       }
     } else if (frame.error().code == ErrorCode::Io) {
       heard_at = host_now();
-      channel_.counters.failed_frames.add();
+      const Status kept = note_unusable(frame.error(), heard_at, usable_at);
+      if (!kept) return kept;
     } else {
       return frame.error();
     }
   }
   return {};
+}
+
+// Counts an image that cannot be used, and logs each kind of fault once a minute. A camera without a usable image for
+// long is lost for the reason of the last one.
+Status CameraWorker::note_unusable(const Error& error, Timestamp now, Timestamp usable_at) {
+  channel_.counters.failed_frames.add();
+  const std::string reason = without_name(error.message, parts_.name);
+  if (unusable_.is_news(without_digits(reason), now)) {
+    log_warn(
+        "camera " + parts_.name,
+        fmt::format("unusable image: {}; further ones like it are counted (failed_frames) and logged once a minute",
+                    reason));
+  }
+  if (settings_.lossless || now - usable_at <= settings_.first_image_within) return {};
+  return Error{ErrorCode::DeviceLost,
+               fmt::format("no usable image for {:.3g} s: {}", to_s(settings_.first_image_within), reason)};
 }
 
 // Starts the camera. While the search for the device continues (Timeout), repeats start() for at most
@@ -288,7 +312,8 @@ void CameraWorker::log_failure(const Error& error) {
   const Timestamp now = host_now();
   // Each reason is logged once, and again once a minute, so that a camera absent for a day does not fill the journal.
   // While a camera starts, only the first reason is logged: it may list the other cameras found so far.
-  const bool repeated = !logged_reason_.empty() && phase == phase_ && (starting || reason == logged_reason_);
+  const bool repeated = !logged_reason_.empty() && phase == phase_ &&
+                        (starting || without_digits(reason) == without_digits(logged_reason_));
   note(phase, reason);
   if (repeated && now - logged_at_ < kRepeatAfter) return;
   logged_reason_ = reason;

@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "base/bounded_vector.h"
+#include "base/result.h"
 #include "base/spsc_queue.h"
+#include "base/time.h"
 #include "base/wake_descriptor.h"
 #include "base/wake_signal.h"
 #include "detect/mask_learner.h"
@@ -116,6 +118,7 @@ class CameraWorker : public Pausable {
  private:
   Status stream(const std::stop_token& stop);
   Status start_camera(const std::stop_token& stop);
+  Status note_unusable(const Error& error, Timestamp now, Timestamp usable_at);
   Status process(const Frame& frame, const std::stop_token& stop);
   Status prepare_for(const Image& image);
   void push(const std::stop_token& stop);
@@ -154,6 +157,7 @@ class CameraWorker : public Pausable {
   Timestamp starting_at_;                      // begin of the last phase Starting
   std::string logged_reason_;                  // reason of the last logged failure; empty while the camera streams
   Timestamp logged_at_;
+  FailureFold unusable_;                   // kinds of unusable images that were logged
   std::optional<Timestamp> brightest_at_;  // last measurement
   WakeSignal nap_;
   bool stopped_ = false;                        // by an operator

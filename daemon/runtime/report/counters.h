@@ -45,7 +45,7 @@ struct DetectionCounters {
 struct CameraCounters {
   Counter frames;
   Counter missing_frames;            ///< images missing in the camera's frame numbers
-  Counter failed_frames;             ///< images that arrived incomplete
+  Counter failed_frames;             ///< images that arrived incomplete or were refused
   Counter dropped_queue_full;        ///< blob frames dropped because the queue to the fusion was full
   Counter dropped_record_full;       ///< blob frames dropped because the queue to the blob recorder was full
   Counter dropped_take_full;         ///< blob frames dropped because the queue to the recorder of takes was full
