@@ -7,6 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "mocap/v1/node.pb.h"
@@ -59,12 +60,13 @@ bool possible_size(const Camera& camera) {
   return camera.width_px() <= kMaxSide_px && camera.height_px() <= kMaxSide_px;
 }
 
-// Whether a clock can have this time: at most 200 years after its epoch, and not faster or slower than a crystal.
+// Whether a clock can have this time: at most 200 years after its epoch, and not faster or slower than a crystal. Sums
+// of two uncertainties stay in range.
 bool possible(const v1::NodeEcho::PtpTime& ptp) {
   constexpr std::int64_t kLatest_ns = 200LL * 365 * 24 * 3600 * 1'000'000'000;
   constexpr double kFastest = 1e-2;
   return ptp.time_ns() >= 0 && ptp.time_ns() < kLatest_ns && ptp.uncertainty_ns() >= 0 &&
-         std::abs(ptp.rate()) <= kFastest;
+         ptp.uncertainty_ns() <= kMostUptime_ns && std::abs(ptp.rate()) <= kFastest;
 }
 
 // Text of a peer, as one line.
@@ -205,7 +207,10 @@ Result<NodeNews> NodeLink::next(Duration patience) {
   Impl& impl = *impl_;
   impl.link.read();
   if (impl.link.gave_up(host_now())) {
-    if (const Status connecting = impl.connect(); !connecting) return connecting.error();
+    if (const Status connecting = impl.connect(); !connecting) {
+      std::this_thread::sleep_for(patience);  // there is no socket to wait for
+      return connecting.error();
+    }
   }
   ZmqMessage part;
   if (!part.receive(impl.socket)) {

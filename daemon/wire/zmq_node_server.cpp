@@ -129,12 +129,15 @@ struct ZmqNodeServer::Impl {
     }
     const CameraId id{static_cast<std::uint32_t>(found - cameras.begin())};
     if (call.ended()) acknowledged.insert(id.value);
-    Host* host = host_of(route, id, received_at);
-    if (host == nullptr) {
-      return refuse(route, fmt::format("node '{}' plays a recording, or has {} hosts: no further host is served", name,
-                                       hosts.size()));
+    // A host takes no images before it knows their size, and no image of a recording may be lost.
+    if (!settings.recorded || found->width_px != 0) {
+      Host* host = host_of(route, id, received_at);
+      if (host == nullptr) {
+        return refuse(route, fmt::format("node '{}' plays a recording, or has {} hosts: no further host is served",
+                                         name, hosts.size()));
+      }
+      host->called_at = received_at;
     }
-    host->called_at = received_at;
     v1::NodeEcho& echo = begin_echo(received_at);
     echo.set_width_px(found->width_px);
     echo.set_height_px(found->height_px);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -15,8 +16,11 @@ namespace mocap::wire {
 /// Longest wait for a message before a stop request is looked for.
 inline constexpr Duration kLongestWait = std::chrono::milliseconds(50);
 
-/// A time as zmq_poll takes it, rounded up.
-inline long whole_ms(Duration span) { return std::chrono::ceil<std::chrono::milliseconds>(span).count(); }
+/// A time as zmq_poll takes it, rounded up; 0 for a time that is over, because zmq_poll waits without end for a
+/// negative one.
+inline long whole_ms(Duration span) {
+  return std::max<long>(0, std::chrono::ceil<std::chrono::milliseconds>(span).count());
+}
 
 /// Returns the error of the last failed ZeroMQ call of this thread; its message starts with "WHAT: ".
 Error zmq_failure(const std::string& what);

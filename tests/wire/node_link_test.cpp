@@ -261,6 +261,12 @@ std::string echo_at(std::int64_t sent_at_ns) {
   return message.SerializeAsString();
 }
 
+std::string echo_with_ptp(std::int64_t uncertainty_ns) {
+  v1::NodeMessage message;
+  message.mutable_echo()->mutable_ptp()->set_uncertainty_ns(uncertainty_ns);
+  return message.SerializeAsString();
+}
+
 std::string image_exposed_at(std::int64_t exposed_at_ns) {
   v1::NodeMessage message;
   message.mutable_image()->mutable_blobs()->set_exposed_at_ns(exposed_at_ns);
@@ -294,6 +300,11 @@ TEST(NodeLink, RefusesInstantsThatNoClockHas) {
   EXPECT_EQ(fault_in(echo_at(1)), "accepted");
 }
 
+TEST(NodeLink, RefusesAnUncertaintyOfPtpThatOverflows) {
+  EXPECT_THAT(fault_in(echo_with_ptp(std::numeric_limits<std::int64_t>::max())), HasSubstr("impossible PTP time"));
+  EXPECT_EQ(fault_in(echo_with_ptp(1000)), "accepted");
+}
+
 TEST(NodeServer, RefusesAnEndpointThatOtherMachinesReachWithoutKeys) {
   NodeServerSettings settings;
   settings.node.endpoint = "tcp://0.0.0.0:*";
@@ -302,6 +313,30 @@ TEST(NodeServer, RefusesAnEndpointThatOtherMachinesReachWithoutKeys) {
 
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().message, HasSubstr("allow_remote"));
+}
+
+TEST(NodeServer, SendsNoImageOfARecordingBeforeTheHostKnowsItsSize) {
+  NodeServerSettings settings;
+  settings.recorded = true;
+  settings.node.endpoint = "tcp://127.0.0.1:*";
+  auto server = std::move(*ZmqNodeServer::open(settings));
+  const auto link = link_to(server->endpoints().front());
+  const auto call_until_echo = [&](std::uint32_t width_px, std::uint32_t height_px) {
+    const Timestamp until = host_now() + kLong;
+    while (host_now() < until) {
+      link->call();
+      server->serve({{"north", width_px, height_px, NodeCameraState::Delivering}}, milliseconds(10));
+      const auto next = link->next(milliseconds(10));
+      if (next && *next == NodeNews::Echo && link->echo().camera.width_px == width_px) return true;
+    }
+    return false;
+  };
+
+  ASSERT_TRUE(call_until_echo(0, 0));
+  EXPECT_EQ(server->send(image_of(0, 0)), NodeSend::NoHost);
+
+  ASSERT_TRUE(call_until_echo(640, 480));
+  EXPECT_EQ(server->send(image_of(0, 0)), NodeSend::Done);
 }
 
 // A recording waits for room instead of losing an image, and has one host for each camera.
