@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zmq.h>
 
 #include <algorithm>
 #include <atomic>
@@ -16,7 +17,9 @@
 
 #include "base/key_check.h"
 #include "cameras/node/node_clock.h"
+#include "wire/zmq_context.h"
 #include "wire/zmq_node_server.h"
+#include "wire/zmq_socket.h"
 
 namespace mocap::cameras {
 namespace node_camera_test {
@@ -55,6 +58,7 @@ class SimulatedNode {
   }
   std::atomic<bool> answers{true};
   std::atomic<bool> in_the_future{false};  // images say that they are exposed in an hour
+  std::atomic<bool> size_is_known{true};
   std::atomic<NodeCameraState> state{NodeCameraState::Delivering};
 
  private:
@@ -62,7 +66,8 @@ class SimulatedNode {
     std::uint64_t number = 0;
     while (!stop.stop_requested()) {
       const NodeCameraState now = number < images ? state.load() : NodeCameraState::Ended;
-      if (answers) server_->serve({{"north", 64, 48, now}}, milliseconds(1));
+      const bool known = size_is_known;
+      if (answers) server_->serve({{"north", known ? 64U : 0U, known ? 48U : 0U, now}}, milliseconds(1));
       acknowledged_ = server_->acknowledged(CameraId{0});
       if (number >= images) continue;
       BlobFrame frame;
@@ -287,6 +292,45 @@ TEST(NodeCamera, IsLostWhenTheNodeFallsSilentAndGoesOnWithNewTracksAfterItsResta
   EXPECT_EQ(host.camera->blobs()[0].track, BlobTrackId{4 + 3});
 }
 
+// A peer that sends to everybody who connects, and nothing that a node sends.
+class Babbler {
+ public:
+  explicit Babbler(const std::string& endpoint) {
+    EXPECT_TRUE(socket_.open(context_, ZMQ_DEALER, "babbler"));
+    EXPECT_TRUE(socket_.set(ZMQ_LINGER, 0));
+    EXPECT_EQ(zmq_bind(socket_.get(), endpoint.c_str()), 0) << zmq_strerror(zmq_errno());
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        zmq_send(socket_.get(), "\xff\xff", 2, ZMQ_DONTWAIT);
+        std::this_thread::sleep_for(milliseconds(1));
+      }
+    });
+  }
+
+ private:
+  wire::ZmqContext context_;
+  wire::ZmqSocket socket_;
+  std::jthread thread_;
+};
+
+TEST(NodeCamera, IsLostIfOnlyMalformedMessagesCome) {
+  auto node = std::make_unique<SimulatedNode>();
+  const std::string endpoint = node->endpoint();
+  Host host(endpoint);
+  ASSERT_TRUE(host.start());
+  ASSERT_TRUE(host.image());
+
+  node.reset();
+  const Babbler babbler(endpoint);
+  const Timestamp until = host_now() + kLong;
+  Result<Frame> lost = host.image();
+  while ((lost || lost.error().code == ErrorCode::Io) && host_now() < until) lost = host.image();
+
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().code, ErrorCode::DeviceLost);
+  EXPECT_THAT(lost.error().message, HasSubstr("is this the [node] endpoint of a mocapd"));
+}
+
 TEST(NodeCamera, SaysThatTheCameraOfTheNodeHasNoImages) {
   SimulatedNode node;
   Host host(node.endpoint());
@@ -335,6 +379,63 @@ TEST(NodeCamera, DeliversEachImageOfARecordingWithItsTimeAndItsEnd) {
   const Timestamp until = host_now() + kLong;
   while (!node.acknowledged() && host_now() < until) std::this_thread::yield();
   EXPECT_TRUE(node.acknowledged());
+}
+
+TEST(NodeCamera, DeliversTheFirstImageOfARecordingWhoseSizeIsNotKnownAtFirst) {
+  SimulatedNode node("tcp://127.0.0.1:*", true, 100);
+  node.size_is_known = false;
+  Host host(node.endpoint(), true);
+
+  Status started = host.camera->start();
+  const Timestamp until = host_now() + kLong;
+  while (!started && started.error().message.find("has no images") == std::string::npos && host_now() < until) {
+    started = host.camera->start();
+  }
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, ErrorCode::NotFound);
+  node.size_is_known = true;
+  ASSERT_TRUE(host.start());
+  const auto frame = host.image();
+
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_EQ(frame->number, 0U);
+  EXPECT_EQ(host.counters.missing_packets.load(), 0U);
+}
+
+TEST(NodeCamera, CountsTheImagesOfARecordingThatCameWhileItStartedAgain) {
+  SimulatedNode node("tcp://127.0.0.1:*", true);
+  Host host(node.endpoint(), true);
+  ASSERT_TRUE(host.start());
+  const auto before = host.image();
+  ASSERT_TRUE(before) << before.error().message;
+  const std::uint64_t last = before->number;
+
+  host.camera->stop();
+  ASSERT_TRUE(host.start());
+  const auto after = host.image();
+
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_EQ(host.counters.missing_packets.load(), after->number - last - 1);
+}
+
+TEST(NodeCamera, LogsOnceThatTheNodeOfARecordingDoesNotAnswerAndWaits) {
+  auto node = std::make_unique<SimulatedNode>("tcp://127.0.0.1:*", true);
+  Host host(node->endpoint(), true);
+  ASSERT_TRUE(host.start());
+  ASSERT_TRUE(host.image());
+
+  node.reset();
+  while (host.camera->next(milliseconds(50))) {
+  }
+  testing::internal::CaptureStderr();
+  const Timestamp until = host_now() + seconds(3);  // of waiting; the limit is 2 s
+  while (host_now() < until) EXPECT_EQ(host.camera->next(milliseconds(50)).error().code, ErrorCode::Timeout);
+  const std::string log = testing::internal::GetCapturedStderr();
+
+  EXPECT_THAT(log, HasSubstr("camera north: node 'left' at"));
+  const std::size_t first = log.find("does not answer for more than 2 s");
+  ASSERT_NE(first, std::string::npos) << log;
+  EXPECT_EQ(log.find("does not answer", first + 1), std::string::npos) << log;
 }
 
 TEST(NodeCameraSettings, RefusesAnotherMachineWithoutKeys) {

@@ -19,7 +19,7 @@ namespace {
 
 // Module interface: start() may wait "some tenths of a second". A node answers within a few milliseconds.
 constexpr Duration kAnswerPatience = std::chrono::milliseconds(300);
-// Twenty calls without an answer: also a node whose processors are all busy answers one of them.
+// Eight calls or more without an answer: also a node whose processors are all busy answers one of them.
 constexpr Duration kNodeSilent = std::chrono::seconds(2);
 // The node's camera restarts with the new values. Images wait meanwhile.
 constexpr Duration kAdjustPatience = std::chrono::seconds(3);
@@ -68,6 +68,8 @@ class RemoteCamera final : public BlobCamera {
   void count_lost(std::uint64_t sequence);
   bool clock_is_certain(Timestamp now) const;
   void call_when_due(Duration period);
+  void waited_for(Duration span);
+  void heard_something();
   Frame frame_of_image();
   std::string node() const;
   Error silent(ErrorCode code) const;
@@ -87,6 +89,7 @@ class RemoteCamera final : public BlobCamera {
   bool running_ = false;
   Timestamp called_at_;
   std::optional<Timestamp> heard_at_;  // last echo
+  Duration waited_{};                  // of a recording: for the next message
   std::optional<std::uint64_t> session_;
   std::string node_name_;
   NodeCamera camera_;  // by the last echo
@@ -150,19 +153,23 @@ Status RemoteCamera::start() {
   return found;
 }
 
-// Waits for an echo that came after the call of this function, and leaves out images of an earlier start.
+// Waits for an echo that came after the call of this function, and leaves out images of an earlier start. The node
+// sends no image of a recording before the echo that tells its size, so there the first such echo counts, whenever it
+// was called; images that are left out are counted as lost.
 Status RemoteCamera::find_node(Timestamp until) {
   const Timestamp begun_at = host_now();
   called_at_ = Timestamp{};
+  waited_ = Duration::zero();
   uncertain_since_.reset();
-  next_sequence_.reset();
+  if (!settings_.recorded) next_sequence_.reset();
   while (host_now() < until) {
     call_when_due(wire::kNodeCallEvery);
     const Result<wire::NodeNews> news = link_->next(std::min<Duration>(wire::kNodeCallEvery, until - host_now()));
     if (!news && news.error().code == ErrorCode::Timeout) continue;
     if (!news) return error(news.error().code, news.error().message);
     if (*news == wire::NodeNews::Refusal) return error(ErrorCode::NotFound, link_->refusal());
-    if (*news != wire::NodeNews::Echo || link_->echo().called_at < begun_at) continue;
+    if (*news != wire::NodeNews::Echo) continue;
+    if (!settings_.recorded && link_->echo().called_at < begun_at) continue;
     follow_echo();
     if (judge_echo()) return {};
   }
@@ -217,7 +224,8 @@ void RemoteCamera::follow_echo() {
   if (session_ != echo.session) {
     session_ = echo.session;
     node_name_ = echo.node;
-    next_sequence_.reset();
+    // A recording begins with its first image; of a live camera, images went to other hosts before.
+    next_sequence_ = echo.recorded ? std::optional<std::uint64_t>(0) : std::nullopt;
     track_base_ = next_track_;
     last_exposed_ = Timestamp::min();
   }
@@ -257,22 +265,46 @@ Result<Frame> RemoteCamera::next(Duration patience) {
   const Timestamp until = host_now() + patience;
   for (;;) {
     call_when_due(clock_.call_every());
-    const Duration left = std::clamp<Duration>(until - host_now(), Duration::zero(), wire::kNodeCallEvery);
+    const Timestamp asked_at = host_now();
+    const Duration left = std::clamp<Duration>(until - asked_at, Duration::zero(), wire::kNodeCallEvery);
     const Result<wire::NodeNews> news = link_->next(left);
+    const bool silent_for_long = !recorded_ && host_now() - *heard_at_ > kNodeSilent;
     if (news) {
+      heard_something();
       const Result<bool> delivered = follow(*news);
       if (!delivered) return delivered.error();
       if (*delivered) return frame_of_image();
     } else if (news.error().code != ErrorCode::Timeout) {
       if (counters_ != nullptr) counters_->failed_frames.fetch_add(1, std::memory_order_relaxed);
-      return error(news.error().code, news.error().message);
-    }
-    if (!recorded_ && host_now() - *heard_at_ > kNodeSilent) {
+      // Malformed messages do not keep a node alive.
+      running_ = !silent_for_long;
+      return error(silent_for_long ? ErrorCode::DeviceLost : news.error().code, news.error().message);
+    } else if (silent_for_long) {
       running_ = false;
       return silent(ErrorCode::DeviceLost);
+    } else if (recorded_) {
+      waited_for(host_now() - asked_at);
     }
     if (host_now() >= until) return Error{ErrorCode::Timeout, {}};
   }
+}
+
+// A recording may pause for any time, but its node answers calls. Only time in which this host waited counts: it may be
+// busy for longer than the node waits.
+void RemoteCamera::waited_for(Duration span) {
+  const bool was_short = waited_ <= kNodeSilent;
+  waited_ += span;
+  if (!was_short || waited_ <= kNodeSilent) return;
+  log_warn(
+      "camera " + name_,
+      fmt::format("{} does not answer for more than {:.0f} s; this camera waits for the rest of its recording: see the "
+                  "log of mocapd there; if it has ended, stop this mocapd and start both again",
+                  node(), to_s(kNodeSilent)));
+}
+
+void RemoteCamera::heard_something() {
+  if (waited_ > kNodeSilent) log_info("camera " + name_, node() + " answers again");
+  waited_ = Duration::zero();
 }
 
 // Uses one message. Returns whether it is an image to deliver.
