@@ -27,6 +27,43 @@ TEST(RecordedTimes, OfAnAbsentFileAreNotFound) {
   EXPECT_EQ(read_recorded_times(folder.path() / "none.csv").error().code, ErrorCode::NotFound);
 }
 
+TEST(RecordedTimes, OfAFileWithoutRowsAreRefused) {
+  const support::TemporaryFolder folder;
+
+  for (const char* text : {"", "frame,time_ns\n", "frame,time_ns\n\n"}) {
+    const auto times = read_recorded_times(folder.write("times.csv", text));
+    ASSERT_FALSE(times) << text;
+    EXPECT_EQ(times.error().code, ErrorCode::InvalidArgument);
+    EXPECT_THAT(times.error().message, HasSubstr("times.csv has no row"));
+  }
+}
+
+TEST(RecordedTimes, OfAFileThatCannotBeReadToItsEndAreRefused) {
+  const support::TemporaryFolder folder;  // a folder opens, and its first read fails
+
+  EXPECT_EQ(read_recorded_times(folder.path()).error().code, ErrorCode::Io);
+}
+
+TEST(FindRecording, RefusesAVideoWhoseFileOfTimesIsEmpty) {
+  const support::TemporaryFolder folder;
+  folder.write("take.mkv", "");
+  folder.write("timestamps.csv", "");
+
+  EXPECT_EQ(find_recording(folder.path(), "north", 60.0).error().code, ErrorCode::InvalidArgument);
+}
+
+TEST(FindRecording, RefusesNamesThatAreTimes) {
+  const support::TemporaryFolder folder;
+  folder.write("1795772164700852004.png", "");
+
+  const auto recording = find_recording(folder.path(), "north", 1.0);
+
+  ASSERT_FALSE(recording);
+  EXPECT_EQ(recording.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(recording.error().message, HasSubstr("1795772164700852004.png: frame 1795772164700852004 would be"));
+  EXPECT_THAT(recording.error().message, HasSubstr("write " + (folder.path() / "timestamps.csv").string()));
+}
+
 TEST(FindRecording, OrdersImagesByNumberAndIgnoresOtherFiles) {
   const support::TemporaryFolder folder;
   for (const char* name : {"10.pgm", "9.png", "0008.pgm", "notes.txt", "cover.png", "-1.pgm"}) folder.write(name, "");

@@ -59,24 +59,36 @@ Result<Contents> contents_of(const fs::path& folder) {
   return contents;
 }
 
-Timestamp at_constant_rate(std::uint64_t number, double rate_hz) {
-  return Timestamp{from_s(static_cast<double>(number) / rate_hz)};
+// Empty for a time that the daemon's clock does not reach: the numbers are times then.
+std::optional<Timestamp> at_constant_rate(std::uint64_t number, double rate_hz) {
+  constexpr double kLongest_s = 1.1e9;  // 35 years; 2^63 ns are 292 years
+  const double at_s = static_cast<double>(number) / rate_hz;
+  if (at_s > kLongest_s) return std::nullopt;
+  return Timestamp{from_s(at_s)};
 }
 
 Result<std::vector<RecordedFrame>> timed(const Contents& contents, const std::optional<RecordedTimes>& times,
                                          const fs::path& times_file, double rate_hz) {
   std::vector<RecordedFrame> frames;
   for (const auto& [number, file] : contents.images) {
-    Timestamp at = at_constant_rate(number, rate_hz);
-    if (times) {
-      const auto row = times->find(number);
-      if (row == times->end()) {
+    if (!times) {
+      const std::optional<Timestamp> at = at_constant_rate(number, rate_hz);
+      if (!at) {
         return Error{ErrorCode::InvalidArgument,
-                     fmt::format("{}: no row for frame {} ({})", times_file.string(), number, file.string())};
+                     fmt::format("{}: frame {} would be exposed {:.0f} years after the first at rate_hz = {}, expected "
+                                 "a number that counts images; if it is a time, write {} (lines frame,time_ns)",
+                                 file.string(), number, static_cast<double>(number) / rate_hz / (365.25 * 24 * 3600),
+                                 rate_hz, times_file.string())};
       }
-      at = row->second;
+      frames.push_back({number, *at, file});
+      continue;
     }
-    frames.push_back({number, at, file});
+    const auto row = times->find(number);
+    if (row == times->end()) {
+      return Error{ErrorCode::InvalidArgument,
+                   fmt::format("{}: no row for frame {} ({})", times_file.string(), number, file.string())};
+    }
+    frames.push_back({number, row->second, file});
   }
   return frames;
 }
@@ -110,6 +122,13 @@ Result<RecordedTimes> read_recorded_times(const fs::path& file) {
       return wrong(file, line, fmt::format("frame {} is not later than the one before; times must grow", *number));
     }
     times.emplace_hint(times.end(), *number, from_ns(*time_ns));
+  }
+  if (in.bad()) return Error{ErrorCode::Io, fmt::format("{} cannot be read to its end", file.string())};
+  if (times.empty()) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("{} has no row, expected the line 'frame,time_ns' and one row for each image; write the "
+                             "rows or delete the file",
+                             file.string())};
   }
   return times;
 }

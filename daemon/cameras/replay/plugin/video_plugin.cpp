@@ -1,5 +1,6 @@
 // mocap_video.so: reads videos with OpenCV for the replay camera. See cameras/replay/video_file.h.
 #include <cstring>
+#include <exception>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
@@ -28,7 +29,7 @@ class OpenCvVideo final : public VideoFile {
                   grey_.ptr(row), static_cast<std::size_t>(grey_.cols));
     }
     return image;
-  } catch (const cv::Exception& failure) {
+  } catch (const std::exception& failure) {  // cv::Exception, or no memory for the image
     return Error{ErrorCode::Io, failure.what()};
   }
 
