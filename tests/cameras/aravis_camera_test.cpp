@@ -176,6 +176,27 @@ TEST_F(AravisCamera, IsDestroyedAtOnceDuringASearchAndLeavesTheDeviceFree) {
   EXPECT_TRUE(whole_frame(*next));
 }
 
+TEST_F(AravisCamera, StartsWithTheExposureThatWasSetDuringItsSearch) {
+  FakeGigE fake("127.0.0.1", "T71019");
+  ASSERT_TRUE(fake.running());
+  AravisSettings settings = with_serial("T71019");
+  settings.exposure_us = 500.0;
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+  const Status looking = camera->start();  // a search takes about 1 s
+  ASSERT_FALSE(looking);
+  ASSERT_EQ(looking.error().code, ErrorCode::Timeout);
+
+  ASSERT_TRUE(camera->adjust({.exposure_us = 700.0}));
+  testing::internal::CaptureStderr();
+  Status begun = started(*camera);
+  for (int i = 0; i < 10 && !begun && begun.error().code == ErrorCode::Busy; ++i) begun = started(*camera);
+  const std::string log = testing::internal::GetCapturedStderr();
+
+  ASSERT_TRUE(begun) << begun.error().message;
+  EXPECT_THAT(log, HasSubstr("exposure=700us"));
+  EXPECT_TRUE(whole_frame(*camera));
+}
+
 TEST_F(AravisCamera, ReportsThatNoCameraAnswersAtAnAddress) {
   const auto camera = make_aravis_camera(CameraId{0}, "north", at_address("127.0.0.4"));
 

@@ -260,6 +260,17 @@ TEST_F(GigeFaults, TakesAnImageForEachSoftwareTrigger) {
   EXPECT_LE(served.sent(), 20U);
 }
 
+TEST_F(GigeFaults, TriggersAgainIfAnImageOfASoftwareTriggerNeverComes) {
+  ServedGigE served(ServedGigE::at("127.0.0.2", "G15"), {.skip_every = 3});
+  ASSERT_TRUE(served.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.trigger = "software";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+  ASSERT_TRUE(started(*camera));
+
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(whole_frame(*camera)) << i;
+}
+
 TEST_F(GigeFaults, RefusesAnExposureThatIsLongerThanThePeriod) {
   ServedGigE served("127.0.0.2", "G9");
   ASSERT_TRUE(served.running());

@@ -40,6 +40,8 @@ constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // Time from the arrival of a packet to the time stamp that Aravis's receive thread takes: the wake-up of a thread on an
 // idle Linux machine (decisions/0008).
 constexpr Duration kWaking = std::chrono::microseconds(40);
+// Wait for the image of a software trigger, plus its exposure: twice the 80 ms of an incomplete image, and a margin.
+constexpr Duration kTriggerAgain = std::chrono::milliseconds(200);
 // Longest transfer of an image, first byte to last byte. Design value.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
 
@@ -113,7 +115,9 @@ class AravisCamera : public Camera {
   }
 
  private:
+  void open_anew();
   Status begin(std::unique_ptr<AravisDevice> device);
+  Status trigger_if_due();
   ArvBuffer* wait_for_buffer(Duration patience);
   Result<Frame> frame_of(ArvBuffer* buffer, Timestamp received);
   std::unique_ptr<ArrivalStamps> stamps_of_arrival() const;
@@ -133,11 +137,13 @@ class AravisCamera : public Camera {
   AravisSettings settings_;
   StreamCounters* counters_;
 
-  std::future<Opened> opening_;  // attempt in progress, or its result; survives stop()
+  std::future<Opened> opening_;   // attempt in progress, or its result; survives stop()
+  CameraAdjustment opened_with_;  // values with which this attempt began
   std::unique_ptr<AravisDevice> device_;
   ArvBuffer* lent_ = nullptr;  // in use by the caller until the next call
   Seen seen_ = Seen::Never;
   bool trigger_due_ = false;
+  Timestamp triggered_at_;  // the last software trigger
   ExposureClock clock_;
   std::optional<Duration> chunk_ahead_;      // chunk time minus leader time of the last image with both
   std::unique_ptr<ArrivalStamps> arrivals_;  // null: no permission, or not a network camera
@@ -155,16 +161,26 @@ AravisCamera::~AravisCamera() {
 
 Status AravisCamera::start() try {
   stop();
-  if (!opening_.valid()) opening_ = open_aside(settings_, seen_);
+  if (!opening_.valid()) open_anew();
   if (opening_.wait_for(kStartPatience) != std::future_status::ready) {
     return error(ErrorCode::Timeout, "still looking for the camera and opening it; start again for the result");
   }
   Opened opened = opening_.get();
+  if (opened_with_.exposure_us != settings_.exposure_us || opened_with_.gain_db != settings_.gain_db) {
+    if (opened) close_aside(*std::move(opened));  // first: a camera that is still open would refuse the next attempt
+    open_anew();
+    return error(ErrorCode::Timeout, "opening it again for the new exposure or gain; start again for the result");
+  }
   if (!opened) return error(opened.error().code, opened.error().message);
   seen_ = (*opened)->on_usb() ? Seen::OnUsb : Seen::OnNetwork;
   return begin(std::move(*opened));
 } catch (const std::exception& failure) {
   return error(ErrorCode::Io, fmt::format("cannot create the thread that opens the camera: {}", failure.what()));
+}
+
+void AravisCamera::open_anew() {
+  opening_ = open_aside(settings_, seen_);
+  opened_with_ = {settings_.exposure_us, settings_.gain_db};
 }
 
 Status AravisCamera::begin(std::unique_ptr<AravisDevice> device) {
@@ -198,15 +214,7 @@ Result<Frame> AravisCamera::next(Duration patience) {
   if (!device_ || device_->lost()) {
     return error(ErrorCode::DeviceLost, device_ ? "the camera stopped answering" : "not started");
   }
-  if (trigger_due_) {
-    AravisFailure failure;
-    arv_camera_software_trigger(device_->camera(), failure);
-    if (failure.happened()) {
-      const Error refused = failure.error("cannot trigger");
-      return error(refused.code, refused.message);
-    }
-    trigger_due_ = false;
-  }
+  if (Status triggered = trigger_if_due(); !triggered) return triggered.error();
   ArvBuffer* const buffer = wait_for_buffer(patience);
   if (buffer == nullptr) {
     if (device_->lost()) return error(ErrorCode::DeviceLost, "the camera stopped answering");
@@ -220,6 +228,22 @@ Result<Frame> AravisCamera::next(Duration patience) {
   Result<Frame> frame = frame_of(buffer, received);
   count_clock();
   return frame;
+}
+
+// Sends a software trigger if one is due: after each image, and if an image was lost as a whole.
+Status AravisCamera::trigger_if_due() {
+  const AravisFeatures& features = device_->features();
+  const bool image_lost = features.software_trigger && host_now() - triggered_at_ > kTriggerAgain + features.exposure;
+  if (!trigger_due_ && !image_lost) return {};
+  AravisFailure failure;
+  arv_camera_software_trigger(device_->camera(), failure);
+  if (failure.happened()) {
+    const Error refused = failure.error("cannot trigger");
+    return error(refused.code, refused.message);
+  }
+  trigger_due_ = false;
+  triggered_at_ = host_now();
+  return {};
 }
 
 // Sends the action commands that are due during the wait, if this daemon triggers the camera.

@@ -52,12 +52,15 @@ void read_kind(ArvGcNode* node, FeatureValue& feature) {
   }
 }
 
-void gather(ArvDevice* device, const char* name, const std::string& category, std::vector<FeatureValue>& into) {
+// `depth`: categories around this one. The bounds end the search in a category that contains itself.
+void gather(ArvDevice* device, const char* name, const std::string& category, int depth,
+            std::vector<FeatureValue>& into) {
+  constexpr int kDeepest = 16;
   ArvGcNode* const node = arv_device_get_feature(device, name);
-  if (node == nullptr || into.size() > 4096) return;  // a category that contains itself would recurse for ever
+  if (node == nullptr || depth > kDeepest || into.size() > 4096) return;
   if (ARV_IS_GC_CATEGORY(node)) {
     for (const GSList* each = arv_gc_category_get_features(ARV_GC_CATEGORY(node)); each != nullptr; each = each->next) {
-      gather(device, static_cast<const char*>(each->data), name, into);
+      gather(device, static_cast<const char*>(each->data), name, depth + 1, into);
     }
     return;
   }
@@ -82,7 +85,7 @@ Result<std::vector<FeatureValue>> describe_aravis_camera(const AravisSettings& s
   Result<std::unique_ptr<AravisDevice>> device = open_aravis_device(as_it_is, Seen::Never);
   if (!device) return device.error();
   std::vector<FeatureValue> features;
-  gather(arv_camera_get_device((*device)->camera()), "Root", "", features);
+  gather(arv_camera_get_device((*device)->camera()), "Root", "", 0, features);
   return features;
 }
 

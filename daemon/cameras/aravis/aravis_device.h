@@ -17,7 +17,8 @@ namespace mocap::cameras {
 
 /// An open camera that this process controls, with settings applied and stream created; the acquisition is not started.
 /// The destructor stops and closes the camera, which takes Aravis up to 12 s if the camera is lost. One thread at a
-/// time.
+/// time makes calls, not always the same one: the camera is opened and closed on threads of its own. keeps_time() may
+/// be called by any thread. After watch_ptp() a further thread reads features of the camera meanwhile.
 class AravisDevice {
  public:
   /// Takes ownership of `camera` and `stream`.
