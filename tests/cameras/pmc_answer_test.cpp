@@ -56,6 +56,17 @@ TEST(PmcAnswer, WithoutAMasterNamesTheStateOfThePort) {
   EXPECT_THAT(answer.error().message, HasSubstr("LISTENING"));
 }
 
+TEST(PmcAnswer, ThatIsMissingHasTheReportOfPmc) {
+  const auto refused =
+      parse_pmc("sending: GET TIME_STATUS_NP\npmc[4823.123]: uds: sendto failed: Connection refused\nmore\n");
+  const auto silent = parse_pmc("sending: GET TIME_STATUS_NP\nsending: GET PORT_DATA_SET\n");
+
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "ptp4l does not answer; pmc prints: uds: sendto failed: Connection refused");
+  ASSERT_FALSE(silent);
+  EXPECT_EQ(silent.error().message, "ptp4l does not answer");
+}
+
 TEST(PmcAnswer, IsMissingOrMalformed) {
   for (const std::string& text :
        {std::string{}, std::string("uds: sendto failed: Connection refused\n"), printed("SLAVE", "true", "12x"),

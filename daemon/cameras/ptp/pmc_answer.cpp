@@ -54,11 +54,27 @@ void read_line(const Words& words, Fields& fields) {
   if (name == "portState") fields.ports.push_back(value);
 }
 
+// The first line that reports something else than that a question was sent, without the instant in "pmc[4823.123]: ";
+// empty if there is none. A lasting fault has one text, so that it is logged once.
+std::string_view first_report(std::string_view text) {
+  constexpr std::size_t kLongest = 200;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    if (line.starts_with("pmc[")) line.remove_prefix(std::min(line.find(' '), line.size()));
+    line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+    if (!line.empty() && !line.starts_with("sending:")) return line.substr(0, kLongest);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {};
+}
+
 bool is_master(std::string_view state) { return state == "MASTER" || state == "GRAND_MASTER"; }
 
 }  // namespace
 
 Result<PmcAnswer> parse_pmc(std::string_view text) {
+  const std::string_view report = first_report(text);
   Fields fields;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -66,7 +82,8 @@ Result<PmcAnswer> parse_pmc(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   if (!fields.offset_ns || !fields.measured_ns || !fields.grandmaster) {
-    return Error{ErrorCode::NotFound, "ptp4l does not answer"};
+    return Error{ErrorCode::NotFound, report.empty() ? std::string("ptp4l does not answer")
+                                                     : fmt::format("ptp4l does not answer; pmc prints: {}", report)};
   }
   if (fields.has_master) {
     return PmcAnswer{*fields.grandmaster, Duration{*fields.offset_ns}, Duration{*fields.measured_ns}};

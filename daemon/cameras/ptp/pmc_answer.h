@@ -17,7 +17,8 @@ struct PmcAnswer {
 };
 
 /// Reads what `pmc 'GET TIME_STATUS_NP' 'GET PORT_DATA_SET'` prints (linuxptp 3.1 to 4). Fails with NotFound if nobody
-/// answered, or if no port has a master or is one: the message names the states of the ports.
+/// answered (the message has the first report of pmc), or if no port has a master or is one: the message names the
+/// states of the ports.
 Result<PmcAnswer> parse_pmc(std::string_view text);
 
 }  // namespace mocap::cameras

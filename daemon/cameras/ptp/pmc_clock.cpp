@@ -6,7 +6,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <system_error>
+#include <vector>
 
 #include "base/child_process.h"
 #include "cameras/ptp/pmc_answer.h"
@@ -21,14 +24,17 @@ constexpr Duration kOldest = std::chrono::seconds(10);
 
 std::string pmc() {
   const std::string installed = "/usr/sbin/pmc";  // $PATH of an ordinary user does not have the folder
-  return std::filesystem::exists(installed) ? installed : "pmc";
+  std::error_code ignored;
+  return std::filesystem::exists(installed, ignored) ? installed : "pmc";
 }
 
 // Where ptp4l sends its answers: a place that both see, so not the /tmp of the service alone.
 std::string answer_socket() {
   const char* of_service = std::getenv("RUNTIME_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): nobody sets variables
-  const std::filesystem::path folder =
-      of_service != nullptr ? std::filesystem::path(of_service) : std::filesystem::temp_directory_path();
+  std::error_code failed;
+  std::filesystem::path folder =
+      of_service != nullptr ? std::filesystem::path(of_service) : std::filesystem::temp_directory_path(failed);
+  if (failed) folder = "/tmp";  // $TMPDIR names no folder
   return (folder / fmt::format("mocapd-pmc-{}", ::getpid())).string();
 }
 
