@@ -130,6 +130,7 @@ TEST_F(V4l2Vivid, DeliversEveryFormatOfTheDriver) {
     EXPECT_LE(second->exposed_at, second->received_at);
     EXPECT_GT(second->exposed_at, second->received_at - seconds(2));
     EXPECT_EQ(counters.completed_frames.load(), 2U);
+    EXPECT_EQ(counters.clock_source.load(), ClockSource::Camera);
   }
 }
 

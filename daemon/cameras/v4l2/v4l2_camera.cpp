@@ -60,6 +60,7 @@ class V4l2Camera : public Camera {
   Status queue(std::uint32_t index);
   Result<Frame> frame_of(const v4l2_buffer& buffer, Timestamp received);
   Timestamp exposed_at(const v4l2_buffer& buffer, Timestamp received);
+  void count_image();
   Error broken(const v4l2_buffer& buffer, const std::string& what);
 
   CameraId id_;
@@ -74,6 +75,7 @@ class V4l2Camera : public Camera {
   std::optional<std::uint32_t> lent_;  // buffer of the driver that the caller uses until the next call
   bool stamps_invalid_ = false;
   ClockMapping clock_;
+  std::uint64_t leaps_counted_ = 0;
   Timestamp last_exposed_;
   FrameCounter frames_;
   std::uint64_t frames_seen_ = 0;
@@ -116,9 +118,10 @@ Status V4l2Camera::set_format() {
   const auto known = std::find_if(all.begin(), all.end(),
                                   [&](const KnownFormat& each) { return settings_.pixel_format == each.name; });
   if (known == all.end()) {
-    return device_.error(
-        ErrorCode::InvalidArgument,
-        fmt::format("pixel_format is {}, expected GREY, Y10, YUYV, NV12 or MJPEG", settings_.pixel_format));
+    std::string names;
+    for (const KnownFormat& each : all) names += (names.empty() ? "" : ", ") + std::string(each.name);
+    return device_.error(ErrorCode::InvalidArgument,
+                         fmt::format("pixel_format is {}, expected one of {}", settings_.pixel_format, names));
   }
   format_ = *known;
   v4l2_format wanted{};
@@ -276,12 +279,19 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
   frame.number = frames_.number_of(buffer.sequence);
   frame.received_at = received;
   frame.exposed_at = exposed_at(buffer, received);
-  if (counters_ != nullptr) {
-    counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
-    counters_->clock_uncertainty_us.store(stamps_invalid_ ? to_us(clock_.uncertainty()) : 0.0,
-                                          std::memory_order_relaxed);
-  }
+  count_image();
   return frame;
+}
+
+void V4l2Camera::count_image() {
+  if (counters_ == nullptr) return;
+  counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
+  const std::uint64_t leaps = clock_.leaps();
+  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
+  leaps_counted_ = leaps;
+  counters_->clock_uncertainty_us.store(stamps_invalid_ ? to_us(clock_.uncertainty()) : 0.0, std::memory_order_relaxed);
+  counters_->clock_source.store(stamps_invalid_ ? ClockSource::Receipts : ClockSource::Camera,
+                                std::memory_order_relaxed);
 }
 
 Timestamp V4l2Camera::exposed_at(const v4l2_buffer& buffer, Timestamp received) {
