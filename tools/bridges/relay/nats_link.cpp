@@ -95,8 +95,8 @@ struct NatsLink::Impl {
   Options options;
   mutable std::mutex mutex;
   std::condition_variable_any wake;
-  Connection connection;  // replaced by the thread, under the mutex
-  NatsState state;
+  NatsState state;                 // outlives the connection, whose destruction may still call note_refusal()
+  Connection connection;           // replaced by the thread, under the mutex
   Clock::time_point ping_began{};  // of the ping without an answer; 0: there is none
   std::atomic<bool> sent_since_ping = false;
   std::jthread thread;  // the last member
