@@ -60,6 +60,23 @@ class VrpnClient:
         self._socket.close()
         self._datagrams.close()
 
+    def close_datagrams(self):
+        """Ends the UDP port alone. From then on only wait_for_end() may be called."""
+        self._datagrams.close()
+
+    def wait_for_end(self, seconds):
+        """Returns whether the server closes the connection within the time."""
+        limit = time.monotonic() + seconds
+        while time.monotonic() < limit:
+            try:
+                if not self._socket.recv(65536):
+                    return True
+            except TimeoutError:
+                pass
+            except ConnectionResetError:
+                return True
+        return False
+
     def send(self, data):
         self._socket.sendall(data)
 

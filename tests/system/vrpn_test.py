@@ -71,6 +71,18 @@ class Vrpn(unittest.TestCase):
                     self.assertEqual({report.name for report in client.poses}, {"actor/Hips", "actor/Spine", "actor1"})
                     self.assertEqual(client.by_udp > 0, udp)
 
+    def test_closes_a_client_whose_udp_port_is_closed_and_serves_the_others(self):
+        program = self.serve(self.feed().endpoint)
+        client = self.client(udp=True)
+        self.assertTrue(client.receive(LONG_S, lambda: client.by_udp > 0), program.output())
+
+        client.close_datagrams()
+
+        self.assertTrue(client.wait_for_end(LONG_S), program.output())
+        self.assertIn("nobody listens at its UDP port", program.output())
+        another = self.client(called_back=True, udp=True)
+        self.assertTrue(another.receive(LONG_S, lambda: another.by_udp > 0), program.output())
+
     def test_sends_what_a_client_describes_and_answers_its_pings(self):
         feed = self.feed(bones=[("Hips", "Spine"), "Body"], poses=[STANDING, STANDING])
         self.serve(feed.endpoint, "--senders", "both")

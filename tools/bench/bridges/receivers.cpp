@@ -62,7 +62,6 @@ void Receivers::run(const std::stop_token& stop, const std::function<std::unique
 void Receivers::read(std::size_t index, const NumberReader& number, Arrivals& arrivals,
                      std::atomic<std::size_t>& joined) {
   One& one = all_[index];
-  one.socket.unreachable([](const bridge::Peer& /*bridge*/) {});  // the bridge does not listen yet
   one.socket.receive([&](const bridge::Peer& /*from*/, std::string_view packet) {
     const std::int64_t now_ns = to_ns(host_now());
     const auto frame = number(packet);

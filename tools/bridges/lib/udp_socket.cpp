@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kPacketsATime = 64;  // so that a flood of requests does not delay the frames
 constexpr int kReportsATime = 8;   // failures of earlier packets
-// Frames of several receivers until the network card has sent them: ten of 60 kB.
+// Frames of several receivers until the network card has sent them: ten of 60 kB. The kernel grants at most
+// net.core.wmem_max, 208 kB by default.
 constexpr int kBuffer_bytes = 1 << 20;
 
 sockaddr_in to_raw(const Peer& peer) {
@@ -78,19 +79,8 @@ Sent UdpSocket::send(const Peer& to, std::string_view packet) const {
   return Sent::Refused;
 }
 
-void UdpSocket::receive(const std::function<void(const Peer& from, std::string_view packet)>& take) {
-  for (int i = 0; i < kPacketsATime; ++i) {
-    sockaddr_in raw{};
-    socklen_t size = sizeof raw;
-    const auto count =
-        ::recvfrom(socket_.number(), packet_.data(), packet_.size(), 0, reinterpret_cast<sockaddr*>(&raw), &size);
-    if (count < 0 && errno != EAGAIN) continue;  // the report of an earlier failure, or a signal
-    if (count < 0) return;
-    take(from_raw(raw), {packet_.data(), static_cast<std::size_t>(count)});
-  }
-}
-
-void UdpSocket::unreachable(const std::function<void(const Peer&)>& take) {
+// Unread reports would fill the buffer of the received packets and wake the caller without end.
+void UdpSocket::read_reports(const std::function<void(const Peer&)>& unreachable) const {
   for (int i = 0; i < kPacketsATime; ++i) {
     sockaddr_in raw{};
     std::array<char, 512> control;
@@ -104,8 +94,22 @@ void UdpSocket::unreachable(const std::function<void(const Peer&)>& take) {
       if (part->cmsg_level != IPPROTO_IP || part->cmsg_type != IP_RECVERR) continue;
       sock_extended_err error{};
       std::memcpy(&error, CMSG_DATA(part), sizeof error);
-      if (error.ee_errno == ECONNREFUSED) take(from_raw(raw));
+      if (error.ee_errno == ECONNREFUSED) unreachable(from_raw(raw));
     }
+  }
+}
+
+void UdpSocket::receive(const std::function<void(const Peer& from, std::string_view packet)>& take,
+                        const std::function<void(const Peer&)>& unreachable) {
+  read_reports(unreachable);
+  for (int i = 0; i < kPacketsATime; ++i) {
+    sockaddr_in raw{};
+    socklen_t size = sizeof raw;
+    const auto count =
+        ::recvfrom(socket_.number(), packet_.data(), packet_.size(), 0, reinterpret_cast<sockaddr*>(&raw), &size);
+    if (count < 0 && errno != EAGAIN) continue;  // the report of an earlier failure, or a signal
+    if (count < 0) return;
+    take(from_raw(raw), {packet_.data(), static_cast<std::size_t>(count)});
   }
 }
 

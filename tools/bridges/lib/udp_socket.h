@@ -50,11 +50,11 @@ class UdpSocket {
   bool send_multicast_from(std::uint32_t address, int hops);
 
   Sent send(const Peer& to, std::string_view packet) const;
-  /// Passes every waiting packet, at most 64 at a time, to `take`. The packet is valid during the call.
-  void receive(const std::function<void(const Peer& from, std::string_view packet)>& take);
-
-  /// Passes each receiver at whose port nobody listens to `take`, as far as its machine reports that (ICMP).
-  void unreachable(const std::function<void(const Peer&)>& take);
+  /// Passes each receiver at whose port nobody listens to `unreachable`, as far as its machine reports that (ICMP),
+  /// then every waiting packet, at most 64 at a time, to `take`. The packet is valid during the call.
+  void receive(
+      const std::function<void(const Peer& from, std::string_view packet)>& take,
+      const std::function<void(const Peer&)>& unreachable = [](const Peer& /*peer*/) {});
 
   int descriptor() const { return socket_.number(); }
   /// The address and port that the socket has.
@@ -62,6 +62,8 @@ class UdpSocket {
 
  private:
   explicit UdpSocket(Descriptor socket) : socket_(std::move(socket)), packet_(kMaxPacket_bytes) {}
+  void read_reports(const std::function<void(const Peer&)>& unreachable) const;
+
   Descriptor socket_;
   std::vector<char> packet_;
 };

@@ -42,8 +42,8 @@ std::string Server::open(bridge::EventLoop& loop) {
   }
   bridge::warn_if_open(kProgram, "NatNet", options_.listen);
   loop.watch(socket_->descriptor(), EPOLLIN, [this](std::uint32_t /*events*/) {
-    forget_unreachable();
-    socket_->receive([this](const Peer& from, std::string_view packet) { receive(from, packet); });
+    socket_->receive([this](const Peer& from, std::string_view packet) { receive(from, packet); },
+                     [this](const Peer& peer) { forget(peer); });
   });
   bridge::say(kProgram, fmt::format("serves NatNet clients at {}{}", bridge::to_string(socket_->bound()),
                                     options_.group ? ", multicast to " +
@@ -72,9 +72,7 @@ void Server::handle(const Peer& from, const Request& request) {
     case Message::EchoRequest:
       send(from, echo_packet(writer_, request.stamp, static_cast<std::uint64_t>(monotonic_ns())));
       return;
-    case Message::Disconnect:
-      if (known(from) != nullptr) clients_.erase(from);
-      return;
+    case Message::Disconnect: return forget(from);
     default: break;
   }
   Client* client = known(from);
@@ -217,10 +215,8 @@ void Server::tick() {
   }
 }
 
-void Server::forget_unreachable() {
-  socket_->unreachable([this](const Peer& peer) {
-    if (known(peer) != nullptr) clients_.erase(peer);
-  });
+void Server::forget(const Peer& peer) {
+  if (known(peer) != nullptr) clients_.erase(peer);
 }
 
 std::vector<bridge::Receiver> Server::receivers() const {

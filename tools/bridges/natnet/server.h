@@ -68,7 +68,7 @@ class Server : public bridge::Protocol {
   void send_models_to_all();
   void send_frames();
   void send(const bridge::Peer& to, std::string_view packet);
-  void forget_unreachable();
+  void forget(const bridge::Peer& peer);
   bool is_silent(const Client& client, std::int64_t now_ns) const;
 
   ServerOptions options_;

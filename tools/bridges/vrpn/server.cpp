@@ -89,11 +89,9 @@ std::string Server::open(bridge::EventLoop& loop) {
   if (!udp_) return fault;
   loop.watch(listener_.number(), EPOLLIN, [this](std::uint32_t /*events*/) { accept_client(); });
   loop.watch(udp_->descriptor(), EPOLLIN, [this](std::uint32_t /*events*/) {
-    udp_->receive([this](const Peer& from, std::string_view packet) {
-      const auto port = callback_port(packet);
-      port ? ++statistics_.requests : ++statistics_.invalid;
-      if (port) call_back({from.address, *port});
-    });
+    udp_->receive([this](const Peer& from, std::string_view packet) { take_request(from, packet); },
+                  [this](const Peer& peer) { close_unreachable(peer); });
+    remove_closed();
   });
   bridge::say(kProgram, fmt::format("serves TCP and UDP at {}", to_string(options_.at)));
   bridge::warn_if_open(kProgram, "VRPN", options_.at.address);
@@ -124,6 +122,12 @@ void Server::accept_client() {
   Descriptor socket(
       ::accept4(listener_.number(), reinterpret_cast<sockaddr*>(&raw), &size, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (socket) add(std::move(socket), {ntohl(raw.sin_addr.s_addr), ntohs(raw.sin_port)}, true);
+}
+
+void Server::take_request(const Peer& from, std::string_view packet) {
+  const auto port = callback_port(packet);
+  port ? ++statistics_.requests : ++statistics_.invalid;
+  if (port) call_back({from.address, *port});
 }
 
 // A client repeats its request each second until it is called.
@@ -267,6 +271,13 @@ void Server::tick() {
     }
   }
   remove_closed();
+}
+
+void Server::close_unreachable(const Peer& peer) {
+  for (const auto& [number, client] : clients_) {
+    if (client->peer.address != peer.address || client->session.udp_port() != peer.port) continue;
+    close(*client, fmt::format("nobody listens at its UDP port {}", peer.port));
+  }
 }
 
 void Server::close(Connection& client, const std::string& why) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "axes.h"
@@ -24,8 +25,8 @@ struct ServerOptions {
 
 /// A VRPN server: clients that connect by TCP, and clients that ask by UDP to be called back.
 ///
-/// A client that asks by UDP is called back at the address from which the datagram came, whatever address it contains,
-/// so that nobody can direct connections to third machines.
+/// A client that asks by UDP is called back at the address from which the datagram came, whatever address it contains.
+/// A datagram with a forged source address still directs a connection attempt to a third machine.
 class Server : public bridge::Protocol {
  public:
   static constexpr std::size_t kMaxClients = 64;
@@ -44,6 +45,7 @@ class Server : public bridge::Protocol {
 
   std::string listen();
   void accept_client();
+  void take_request(const bridge::Peer& from, std::string_view packet);
   void call_back(const bridge::Peer& client);
   void add(bridge::Descriptor socket, const bridge::Peer& peer, bool connected);
   void serve(Connection& client, std::uint32_t events);
@@ -51,6 +53,7 @@ class Server : public bridge::Protocol {
   void receive(Connection& client);
   void flush(Connection& client);
   void send_datagrams(Connection& client);
+  void close_unreachable(const bridge::Peer& peer);
   void close(Connection& client, const std::string& why);
   void remove_closed();
 
