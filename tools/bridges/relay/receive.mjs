@@ -184,6 +184,7 @@ class Nats {
       return false;
     }
     const words = this.waiting.toString("utf8", 0, end).split(" ");
+    if (!this.ready && !["INFO", "-ERR"].includes(words[0])) throw new Error("this is no NATS server: it does not begin with INFO");
     if (words[0] === "MSG") {
       const size = Number(words.at(-1));
       if (!(size <= MOST_BYTES)) throw new Error("a message that is too large");
@@ -206,6 +207,7 @@ class Nats {
     const secure = this.server.tls || info.tls_required === true;
     if (!secure) return this.introduce();
     if (!info.tls_required && !info.tls_available) throw new Error("the server has no TLS");
+    if (this.waiting.length > 0) throw new Error("bytes came before TLS, which anybody between may have sent");
     const plain = this.socket;
     plain.removeAllListeners("data");
     plain.setTimeout(0);
@@ -273,7 +275,8 @@ class Program {
       return;
     }
     const name = decodeURIComponent(topic.slice("lite.".length));
-    const lite = decodeLite(payload);
+    const lite = this.read(payload);
+    if (lite === null) return;
     if (!this.received.has(name)) this.received.set(name, new Received());
     const received = this.received.get(name);
     received.note(lite.sequence);
@@ -286,6 +289,15 @@ class Program {
     const head = `"number": ${lite.number}, "exposed_at_utc_ns": ${lite.exposedUtcNs}`; // more digits than a number has
     const tail = { age_ms: received.second.at(-1), lost: received.lost, phase: lite.phase, out_of_range: outOfRange, off_rest: offRest, bones };
     console.log(`{"subject": ${JSON.stringify(name)}, ${head}, ${JSON.stringify(tail).slice(1)}`);
+  }
+
+  /** Null: a message of another layout. */
+  read(payload) {
+    try {
+      return decodeLite(payload);
+    } catch {
+      return null;
+    }
   }
 
   /** One line for each subject, once a second. */

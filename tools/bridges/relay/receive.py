@@ -152,10 +152,12 @@ class Nats:
     def __init__(self, host, port, tls, login, subjects):
         self.socket = socket.create_connection((host, port), timeout=CONNECT_S)
         self.waiting = b""
-        info = json.loads(self._line().split(b" ", 1)[1])
+        info = self._greeting()
         if tls is not None or info.get("tls_required"):
             if not (info.get("tls_required") or info.get("tls_available")):
                 raise Refused("the server has no TLS")
+            if self.waiting:
+                raise Refused("bytes came before TLS, which anybody between may have sent")
             self.socket = (tls or ssl.create_default_context()).wrap_socket(self.socket, server_hostname=host)
         hello = {"verbose": False, "pedantic": False, "tls_required": tls is not None, "lang": "python", "version": "1", "protocol": 1, **login}
         self.socket.sendall(b"CONNECT " + json.dumps(hello).encode() + b"\r\nPING\r\n")
@@ -183,6 +185,15 @@ class Nats:
             self._more()
         line, self.waiting = self.waiting.split(b"\r\n", 1)
         return line
+
+    def _greeting(self):
+        """What the server says about itself, in its first line."""
+        line = self._line()
+        self._refuse(line)
+        word, _, info = line.partition(b" ")
+        if word != b"INFO":
+            raise ConnectionError("this is no NATS server: it does not begin with INFO")
+        return json.loads(info)
 
     @staticmethod
     def _refuse(line):
@@ -266,7 +277,10 @@ class Program:
             self.version, self.subjects = read_description(payload)
             return
         name = urllib.parse.unquote(topic[len("lite."):])
-        lite = Lite(payload)
+        try:
+            lite = Lite(payload)
+        except ValueError:
+            return  # of another layout
         received = self.received.setdefault(name, Received())
         received.note(lite.sequence)
         known = self.subjects.get(name)
