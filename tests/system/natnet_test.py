@@ -336,6 +336,12 @@ class NatNet(unittest.TestCase):
         self.client().ask_models()
         self.assertIn("neither encryption nor passwords", self.bridge.output())
 
+    def test_refuses_a_receiver_that_the_loopback_address_does_not_reach(self):
+        ended = self.desk.run("mocap-natnet", "--to", "127.0.0.1:1511", "--to", "10.0.0.5:1511")
+
+        self.assertEqual(ended.returncode, 64, ended.stderr)
+        self.assertIn("--to: 10.0.0.5:1511: is on another machine: give --listen an address of this machine", ended.stderr)
+
     def test_a_client_records_a_take_through_the_control_endpoint(self):
         self.desk.start("mocapd", "--config", self.desk.write("my.toml", synthetic_volume(self.desk.endpoint)))
         host, port = self.desk.endpoint.rsplit(":", 1)

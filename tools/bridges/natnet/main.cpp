@@ -19,7 +19,7 @@ constexpr const char* kExamples = R"(examples:
   mocap-natnet tcp://10.0.0.7:5570 --listen 10.0.0.9  clients in the network of the address 10.0.0.9
   mocap-natnet --listen 10.0.0.9 --multicast 239.255.42.99 --up z
   mocap-natnet --control tcp://127.0.0.1:5571         clients may start and end takes
-  mocap-natnet --to 10.0.0.5:1511                     a client that listens at a fixed port and never connects
+  mocap-natnet --listen 10.0.0.9 --to 10.0.0.5:1511   a client that listens at a fixed port and never connects
 exit codes: 0 stopped, 64 invalid command line, 69 the port is in use or the address is not of this machine)";
 
 struct Options {
@@ -97,6 +97,10 @@ std::string complete(Options& options) {
   for (const std::string& text : options.to) {
     const auto peer = read_peer(text);
     if (!peer) return fmt::format("--to: {}: expected an IPv4 address and a port, as in 10.0.0.5:1511", text);
+    if (bridge::is_loopback(options.server.listen) && !bridge::is_loopback(peer->address)) {
+      return fmt::format("--to: {}: is on another machine: give --listen an address of this machine, which is {} now",
+                         text, options.bridge.listen);
+    }
     options.server.to.push_back(*peer);
   }
   if (options.group.empty()) return {};

@@ -164,6 +164,11 @@ void Server::send(const Peer& to, std::string_view packet) {
     return;
   }
   const bridge::Sent sent = socket_->send(to, packet);
+  if (sent == bridge::Sent::Refused && !std::exchange(refused_, true)) {
+    bridge::say(kProgram, fmt::format("warning: this machine refuses to send from {} to {}: see ip route get; further "
+                                      "refused packets are only counted",
+                                      bridge::to_string(socket_->bound()), bridge::to_string(to)));
+  }
   if (sent != bridge::Sent::Done) {
     ++statistics_.dropped;
     return;

@@ -78,6 +78,7 @@ class Server : public bridge::Protocol {
   PacketWriter writer_;
   std::map<bridge::Peer, Client> clients_;
   bool too_large_ = false;  // a packet was larger than UDP allows, which is logged once
+  bool refused_ = false;    // the kernel refused a packet, which is logged once
 };
 
 }  // namespace mocap::natnet
