@@ -357,6 +357,8 @@ class NatNet(unittest.TestCase):
 
         self.assertTrue(client.done("StopRecording"))  # accepted by the bridge, refused by the daemon
         self.wait(lambda: "a client's order was refused" in self.bridge.output())
+        self.bridge.send(signal.SIGTERM)
+        self.assertEqual(self.bridge.wait(LIMIT_S), 0)  # the thread of the orders does not get the signal
 
     def shown(self, take):
         return json.loads(self.desk.run("mocapctl", "take", "show", take, "--json").stdout)

@@ -15,16 +15,26 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kEventsATime = 64;
 
-Descriptor open_signals() {
+sigset_t end_signals() {
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
   sigaddset(&ends, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  return ends;
+}
+
+Descriptor open_signals() {
+  block_end_signals();
+  const sigset_t ends = end_signals();
   return Descriptor(::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
 }
 
 }  // namespace
+
+void block_end_signals() {
+  const sigset_t ends = end_signals();
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+}
 
 EventLoop::EventLoop() : epoll_(::epoll_create1(EPOLL_CLOEXEC)), signals_(open_signals()) {
   watch(signals_.number(), EPOLLIN, [this](std::uint32_t /*events*/) { stop(); });

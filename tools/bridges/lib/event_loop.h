@@ -10,6 +10,10 @@
 
 namespace mocap::bridge {
 
+/// Blocks SIGINT and SIGTERM in the calling thread and in those that it starts later, so that an EventLoop gets them.
+/// For programs with a thread that starts before the loop is created.
+void block_end_signals();
+
 /// One thread that waits for many file descriptors (epoll) and for SIGINT and SIGTERM. Each method is called by that
 /// thread.
 class EventLoop {
@@ -17,7 +21,8 @@ class EventLoop {
   /// Called with the events of epoll (EPOLLIN, EPOLLOUT, EPOLLHUP, EPOLLERR).
   using Ready = std::function<void(std::uint32_t events)>;
 
-  /// Blocks SIGINT and SIGTERM, so that run() returns instead: create the loop before any other thread.
+  /// Blocks SIGINT and SIGTERM, so that run() returns instead: create the loop before any other thread, or see
+  /// block_end_signals().
   EventLoop();
   ~EventLoop();
   EventLoop(const EventLoop&) = delete;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bridges/lib/event_loop.h"
 #include "bridges/natnet/server.h"
 #include "bridges/natnet/take_orders.h"
 
@@ -121,6 +122,7 @@ int main(int argc, char** argv) {
   if (const std::string fault = complete(options); !fault.empty()) return app.fail(fault);
   std::unique_ptr<natnet::TakeOrders> orders;
   if (!options.control.empty()) {
+    bridge::block_end_signals();  // the orders have a thread
     std::string fault;
     orders = natnet::TakeOrders::open(options.control, options.bridge.keys, fault);
     if (!orders) return app.fail("--control: " + fault);

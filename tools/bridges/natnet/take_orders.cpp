@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -11,6 +12,7 @@ namespace mocap::natnet {
 namespace {
 
 constexpr std::int32_t kPatience_ms = 30'000;  // a take ends when the disk has all of it
+constexpr std::int32_t kFarewell_ms = 2'000;   // while the program ends; the daemon ends the take all the same
 
 }  // namespace
 
@@ -19,7 +21,6 @@ std::unique_ptr<TakeOrders> TakeOrders::open(const std::string& endpoint, const 
   mocap_control_options options;
   mocap_control_options_init(&options, sizeof options);
   options.endpoint = endpoint.c_str();
-  options.timeout_ms = kPatience_ms;
   if (!keys.server_key.empty()) options.server_key = keys.server_key.c_str();
   if (!keys.secret_key.empty()) options.secret_key = keys.secret_key.c_str();
   std::array<char, 512> why{};
@@ -36,6 +37,8 @@ TakeOrders::~TakeOrders() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    std::erase_if(waiting_, [](const Record& one) { return one.start; });
+    waiting_.resize(std::min<std::size_t>(waiting_.size(), 1));
   }
   changed_.notify_all();
   thread_.join();
@@ -60,15 +63,17 @@ void TakeOrders::run() {
     if (waiting_.empty()) return;
     const Record next = std::move(waiting_.front());
     waiting_.pop_front();
+    const std::int32_t patience_ms = stopping_ ? kFarewell_ms : kPatience_ms;
     lock.unlock();
-    send(next);
+    send(next, patience_ms);
     lock.lock();
   }
 }
 
-void TakeOrders::send(const Record& wanted) {
+void TakeOrders::send(const Record& wanted, std::int32_t patience_ms) {
   mocap_request request;
   mocap_request_init(&request, sizeof request, wanted.start ? MOCAP_REQUEST_TAKE_START : MOCAP_REQUEST_TAKE_STOP);
+  request.timeout_ms = patience_ms;
   if (wanted.start && !wanted.name.empty()) request.name = wanted.name.c_str();
   const bool done = mocap_control_ask(control_, &request, answer_) == MOCAP_CODE_DONE;
   bridge::say("mocap-natnet",

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -21,8 +22,11 @@ class TakeOrders {
   /// Orders that may wait for the answer to another one.
   static constexpr std::size_t kMaxWaiting = 4;
 
+  /// Start the program's EventLoop first, or call block_end_signals(): the thread must not get the signals.
   /// Returns nullptr if the endpoint or a key is invalid, with the reason in `fault`.
   static std::unique_ptr<TakeOrders> open(const std::string& endpoint, const cli::KeyOptions& keys, std::string& fault);
+  /// Waits for the answer to the order that was sent, at most 30 s. Of the waiting orders the first end of a take is
+  /// sent, with at most 2 s for its answer; the others are dropped.
   ~TakeOrders();
   TakeOrders(const TakeOrders&) = delete;
   TakeOrders& operator=(const TakeOrders&) = delete;
@@ -33,7 +37,7 @@ class TakeOrders {
  private:
   explicit TakeOrders(mocap_control* control);
   void run();
-  void send(const Record& wanted);
+  void send(const Record& wanted, std::int32_t patience_ms);
 
   mocap_control* control_;
   mocap_answer* answer_;
