@@ -82,13 +82,15 @@ inline v1::Snapshot snapshot(const std::vector<TestSubject>& subjects) {
 /// A frame with these subjects in the given axes.
 class TestFrame {
  public:
-  explicit TestFrame(const std::vector<TestSubject>& subjects, int axes = MOCAP_AXES_MOCAP) {
+  explicit TestFrame(const std::vector<TestSubject>& subjects, int axes = MOCAP_AXES_MOCAP)
+      : TestFrame(describe(subjects), snapshot(subjects), axes) {}
+  TestFrame(const v1::Description& description, const v1::Snapshot& snapshot, int axes) {
     constexpr std::int64_t kNow_ns = 6'000'000'000;
     const client::Now now{kNow_ns, kNow_ns + kUtcMinusHost_ns};
     client::Feed feed({"tcp://127.0.0.1:5570", "snapshot", axes, 1, 1});
     feed.note({.connected = true, .since_ns = 0, .connections = 1});
-    feed.take(client::testing::envelope("description", describe(subjects)), now);
-    feed.take(client::testing::envelope("snapshot", snapshot(subjects)), now);
+    feed.take(client::testing::envelope("description", description), now);
+    feed.take(client::testing::envelope("snapshot", snapshot), now);
     filled_ = feed.hand_out(frame_.raw()->frame, now);
   }
 

@@ -81,6 +81,12 @@ std::uint32_t timecode_of(const mocap_frame_info& info) {
 
 std::int32_t number_of(std::uint64_t count) { return static_cast<std::int32_t>(count & 0x7FFFFFFFU); }
 
+// The upper 16 bits of the id of a marker name its model, so they are 0 here.
+std::int32_t unlabelled_id(std::uint32_t track) {
+  constexpr std::uint32_t kIds = 0xFFFF;
+  return track == 0 ? 0 : static_cast<std::int32_t>((track - 1) % kIds + 1);
+}
+
 }  // namespace
 
 void SceneReader::describe(const ClientFrame& frame) {
@@ -127,7 +133,7 @@ const Scene& SceneReader::read(const ClientFrame& frame, bool anew, std::int64_t
   }
   scene_.unlabelled.clear();
   for (const mocap_point& point : frame.points()) {
-    scene_.unlabelled.push_back({point.position, number_of(point.track)});
+    scene_.unlabelled.push_back({point.position, unlabelled_id(point.track)});
   }
   return scene_;
 }
@@ -136,6 +142,7 @@ const Scene& SceneReader::lose(std::int64_t now_ns) {
   scene_.models_changed = false;
   scene_.number = number_of(static_cast<std::uint64_t>(scene_.number) + 1);
   scene_.exposed_ns = scene_.received_ns = static_cast<std::uint64_t>(now_ns);
+  scene_.timecode = scene_.subframe = 0;
   for (Model& model : scene_.models) {
     model.error_m = 0.0F;
     read_poses(model, {});

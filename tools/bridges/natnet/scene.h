@@ -53,7 +53,7 @@ struct Model {
 
 struct Point {
   mocap_vec3 position{};
-  std::int32_t id = 0;
+  std::int32_t id = 0;  ///< 1 to 65535, of the 3D track; 65535 tracks later it repeats; 0: no track
 };
 
 /// All that NatNet sends of one instant, in the axes of the feed. Instants are ns on this machine's monotonic clock.
@@ -76,7 +76,7 @@ class SceneReader {
   /// description than the frame before.
   const Scene& read(const ClientFrame& frame, bool anew, std::int64_t now_ns);
 
-  /// The scene after the loss of the daemon: nothing is tracked, no marker is seen.
+  /// The scene after the loss of the daemon: nothing is tracked, no marker is seen, there is no timecode.
   const Scene& lose(std::int64_t now_ns);
 
   const Scene& scene() const { return scene_; }
