@@ -87,9 +87,13 @@ std::unique_ptr<UdpSender> UdpSender::open(const std::string& host, const std::s
     fault = ::gai_strerror(error);
     return nullptr;
   }
-  for (const addrinfo* at = found; at != nullptr && impl->handle == kNone; at = at->ai_next) {
-    impl->handle = connected(*at);
-    impl->local = is_loopback(*at);
+  // IPv4 first: a name as localhost often has both, and most receivers listen at IPv4 alone.
+  for (const int family : {AF_INET, AF_INET6}) {
+    for (const addrinfo* at = found; at != nullptr && impl->handle == kNone; at = at->ai_next) {
+      if (at->ai_family != family) continue;
+      impl->handle = connected(*at);
+      impl->local = is_loopback(*at);
+    }
   }
   ::freeaddrinfo(found);
   if (impl->handle == kNone) {

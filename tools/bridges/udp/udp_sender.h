@@ -9,6 +9,7 @@ namespace mocap::bridge {
 /// A UDP socket that is connected to one receiver. On Linux and on Windows.
 class UdpSender {
  public:
+  /// A name with addresses of both kinds gets the packets at the one of IPv4.
   /// Returns nullptr if the host's name is unknown or the host cannot be reached, with the reason in `fault`.
   static std::unique_ptr<UdpSender> open(const std::string& host, const std::string& port, std::string& fault);
   ~UdpSender();
