@@ -13,6 +13,8 @@ namespace mocap::bridge {
 namespace event_loop_test {
 
 TEST(EventLoop, GetsTheSignalAlthoughAThreadStartedBefore) {
+  sigset_t before;
+  pthread_sigmask(SIG_SETMASK, nullptr, &before);
   block_end_signals();
   std::binary_semaphore done(0);
   std::jthread early([&] { done.acquire(); });
@@ -27,6 +29,7 @@ TEST(EventLoop, GetsTheSignalAlthoughAThreadStartedBefore) {
   sigaddset(&ends, SIGTERM);
   const timespec at_once{};
   EXPECT_EQ(::sigtimedwait(&ends, nullptr, &at_once), SIGTERM);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 }  // namespace event_loop_test

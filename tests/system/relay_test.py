@@ -220,6 +220,16 @@ class Relay(unittest.TestCase):
         self.assertEqual(relay.output().count("\n"), 1, relay.output())
         self.assertIn("refuses the credentials", relay.output())
 
+    def test_a_signal_before_anything_was_forwarded_is_no_failure(self):
+        feed = FakeFeed()
+        self.addCleanup(feed.close)
+        relay = self.relay(feed.endpoint)
+        until(lambda: "no NATS server answers" in relay.output(), "the relay runs", LONG_S)
+
+        relay.send(signal.SIGTERM)
+
+        self.assertEqual(relay.wait(LONG_S), 0)
+
     def test_refuses_a_server_without_tls(self):
         feed = FakeFeed()
         self.addCleanup(feed.close)

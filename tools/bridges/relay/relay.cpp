@@ -54,7 +54,7 @@ int Relay::run() {
     if (const Timestamp now = host_now(); now >= next_tick_) tick(now);
   }
   if (counts_.sent == 0 && diagnosis() != said_) say(diagnosis());
-  return counts_.sent > 0 ? kExitOk : kExitUnavailable;
+  return counts_.sent > 0 || stop_asked != 0 ? kExitOk : kExitUnavailable;
 }
 
 void Relay::receive() {

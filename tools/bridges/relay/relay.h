@@ -29,7 +29,7 @@ class Relay {
   /// Starts to connect to both. Fails with InvalidArgument if a setting is invalid.
   static Result<std::unique_ptr<Relay>> open(const RelaySettings& settings);
 
-  /// Returns the exit code: 0, or 69 if nothing was forwarded.
+  /// Returns the exit code: 0, or 69 if nothing was forwarded in settings.seconds.
   int run();
 
  private:

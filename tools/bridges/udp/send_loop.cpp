@@ -177,7 +177,7 @@ int send_until_stopped(const std::string& program, SendOptions options, PacketWr
   loop.run();
   if (loop.frames() == 0) fmt::print(stderr, "{}: {}\n", program, client->diagnose().sentence);
   loop.report_counts();
-  return loop.frames() > 0 ? 0 : kUnavailable;
+  return loop.frames() > 0 || stop_asked != 0 ? 0 : kUnavailable;
 }
 
 }  // namespace mocap::bridge

@@ -11,7 +11,8 @@ namespace mocap::bridge {
 /// Once a second without frames, the writer's packets for a silent feed. Reports on stderr as `program`: the reason why
 /// no data arrives whenever it changes, and in the end the counts.
 ///
-/// Returns the exit code: 0, 64 (an option is invalid) or 69 (no frame came, or a receiver's name is unknown).
+/// Returns the exit code: 0 (also if a signal came before the first frame), 64 (an option is invalid) or 69 (no frame
+/// came in the time, or a receiver's name is unknown).
 int send_until_stopped(const std::string& program, SendOptions options, PacketWriter& writer);
 
 }  // namespace mocap::bridge
