@@ -31,7 +31,7 @@ class Install(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.desk = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory(prefix="mocap install ")))
-        cls.prefix = cls.desk / "a prefix"
+        cls.prefix = cls.desk / "a prefix/usr"
         ended = subprocess.run(["cmake", "--install", BUILD, "--prefix", cls.prefix], capture_output=True, text=True)
         if ended.returncode != 0:
             raise AssertionError(ended.stdout + ended.stderr)
@@ -79,6 +79,8 @@ class Install(unittest.TestCase):
         unit = (self.prefix / "lib/systemd/system/mocapd.service").read_text()
 
         self.assertIn(f'\nExecStart="{self.prefix}/bin/mocapd" --config /etc/mocapd/mocapd.toml\n', unit)
+        bridge = (self.prefix / "lib/systemd/system/mocap-bridge@.service").read_text()
+        self.assertIn(f'\nExecStart="{self.prefix}/bin/mocap-%i" $OPTIONS\n', bridge)
         documents = str(self.prefix / "share/doc/mocapd/README.md").replace(" ", "%%20")
         self.assertIn(f"\nDocumentation=file:{documents}\n", unit)
         self.assertTrue((self.prefix / "share/doc/mocapd/README.md").is_file())
