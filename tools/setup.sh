@@ -82,11 +82,12 @@ install_npm_packages() {
   for lock in "$(dirname "$0")"/../tests/*/npm/package-lock.json; do npm_ci "$lock" "the tests with these packages are skipped"; done
 }
 
-# One query for all packages, because dpkg-query starts slowly. An unknown package prints nothing.
-installed=$(dpkg-query -W -f='${Package} ${Status}\n' "${packages[@]}" 2>/dev/null || true)
+# One query for all packages, because dpkg-query starts slowly. An unknown package prints nothing. A package that is held is installed too;
+# the name has no architecture.
+installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${packages[@]}" 2>/dev/null || true)
 missing=()
 for package in "${packages[@]}"; do
-  grep -qF "$package install ok installed" <<<"$installed" || missing+=("$package")
+  grep -qxF "$package installed" <<<"$installed" || missing+=("$package")
 done
 
 if [ ${#missing[@]} -eq 0 ]; then
