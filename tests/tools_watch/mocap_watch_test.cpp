@@ -176,6 +176,19 @@ TEST(MocapWatch, EndsWhenItsOutputIsClosed) {
   EXPECT_EQ(done.out, "3\n");
 }
 
+TEST(MocapWatch, EndsAtASignalWhileItsOutputIsNotRead) {
+  Feed feed;
+  const support::TemporaryFolder folder;
+  const std::string pipe = support::quoted((folder.path() / "pipe").string());
+
+  // The pipe is full after half a second. Without an end at SIGTERM the exit code is 137, of SIGKILL.
+  const Outcome done = run("mkfifo " + pipe + "; sleep 300 <" + pipe + " & timeout --preserve-status -k 30 3 " +
+                           support::quoted(support::program_folder() + "/mocap-watch") + " " + feed.endpoint() +
+                           " --json >" + pipe + "; echo $?; kill $!");
+
+  EXPECT_EQ(done.out, "0\n");
+}
+
 TEST(MocapWatch, ReportsInvalidArguments) {
   EXPECT_EQ(watch("nonsense 2>&1").exit_code, 64);
   EXPECT_EQ(watch("--frames 0 2>&1").exit_code, 64);

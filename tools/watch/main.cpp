@@ -1,5 +1,6 @@
 // mocap-watch: shows a feed, or prints it as JSON lines.
 #include <fmt/core.h>
+#include <stdio_ext.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -28,10 +29,17 @@ using namespace mocap;  // NOLINT: the program
 constexpr Duration kPatience = std::chrono::milliseconds(50);
 constexpr Duration kSilence = std::chrono::seconds(2);            // silence after which the reason is printed
 constexpr Duration kFaultLasts = std::chrono::milliseconds(700);  // the same without a connection
-constexpr int kQueueEveryFrame = 100000;                          // queue length if every frame is printed
+constexpr int kQueueEveryFrame = 5000;  // every frame is printed although the reader pauses: 20 s at 240 Hz
 
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_stop(int /*signal*/) { stop_asked = 1; }
+
+// Also while a write waits for a reader: std::signal would continue that write.
+void end_at(int signal) {
+  struct sigaction action {};
+  action.sa_handler = ask_stop;
+  ::sigaction(signal, &action, nullptr);
+}
 
 struct Options {
   std::string endpoint = "tcp://127.0.0.1:5570";
@@ -91,7 +99,11 @@ class Watch {
   bool run() {
     Timestamp next_show = started_ + display_.pace();
     while (!over()) {
-      if (!drain()) return false;
+      if (!drain()) {
+        if (stop_asked == 0) return false;
+        ::__fpurge(stdout);  // nobody reads the rest, so exit() must not wait for that
+        break;
+      }
       const Timestamp now = host_now();
       if (now < next_show) continue;
       next_show = now + display_.pace();
@@ -255,8 +267,8 @@ missing, 14 our key is refused, 15 the server's key is wrong, 16 no description,
     return kExitUsage;
   }
   if (options.doctor) return doctor(options);
-  std::signal(SIGINT, ask_stop);
-  std::signal(SIGTERM, ask_stop);
+  end_at(SIGINT);
+  end_at(SIGTERM);
   std::signal(SIGPIPE, SIG_IGN);  // a closed reader becomes an error of the write
   return is_take(options.endpoint) ? watch_take(options) : watch_feed(options);
 }
