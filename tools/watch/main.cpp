@@ -65,6 +65,7 @@ class Display {
     return size.ws_col - std::size_t{1};
   }
 
+  // `line` is the result of for_terminal().
   void show(const std::string& line) {
     std::fputs(terminal_ ? "\r\x1b[2K" : "", to_);
     std::fputs(line.c_str(), to_);
@@ -146,8 +147,7 @@ class Watch {
   void show(Timestamp now) {
     const Duration silent_for = now - std::max(started_, feed_.last_arrival());
     if (silent_for >= (source_.has_fault() ? kFaultLasts : kSilence)) {
-      const std::string reason = source_.reason_for_silence(feed_, silent_for);
-      display_.show(reason.substr(0, display_.columns()));
+      display_.show(watch::for_terminal(source_.reason_for_silence(feed_, silent_for), display_.columns()));
     } else if (!options_.json && feed_.last()) {
       display_.show(watch::status_line(feed_, now, display_.columns()));
     }
@@ -173,7 +173,8 @@ int watch_source(const Options& options, const Source& source) {
   Watch watch(options, source);
   const bool written = watch.run();
   if (watch.feed().frames() == 0) {
-    fmt::print(stderr, "mocap-watch: {}\n", source.reason_for_silence(watch.feed(), watch.watched()));
+    fmt::print(stderr, "mocap-watch: {}\n",
+               watch::for_terminal(source.reason_for_silence(watch.feed(), watch.watched())));
   }
   if (!options.summary.empty() &&
       !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
@@ -226,7 +227,7 @@ int doctor(const Options& options) {
   watch::DoctorOptions asked{options.endpoint, options.keys.server_key, options.keys.secret_key};
   if (options.seconds) asked.seconds = *options.seconds;
   const watch::DoctorWord word = watch::ask_doctor(asked);
-  fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", word.sentence);
+  fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", watch::for_terminal(word.sentence));
   return word.exit_code;
 }
 
