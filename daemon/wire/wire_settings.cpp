@@ -48,7 +48,9 @@ void declare_keys(KeyVisitor& keys, PublisherSettings& feed) {
             {.help = "true: velocities and angular velocities of the bones are published, too, about 24 bytes a bone"});
   keys.number(
       "lite_hz", feed.lite_hz, {1.0, 1000.0},
-      {.help = "largest rate of the topics lite/NAME, Hz: at most 200 bytes a subject, for many or far viewers"});
+      {.help =
+           "largest rate of the topics lite/NAME, Hz, for many or far viewers: at most 199 bytes a message, which has "
+           "up to 27 bones"});
 }
 
 void declare_keys(KeyVisitor& keys, ControlSettings& control) {

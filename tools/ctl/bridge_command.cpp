@@ -115,7 +115,8 @@ int run_list(const BridgeOptions& options) {
 
 void add_bridge_command(cli::App& app, std::function<int()>& chosen) {
   auto options = std::make_shared<BridgeOptions>();
-  cli::App* const bridge = app.add_subcommand("bridge", "the bridges to other protocols (NatNet, VRPN, Rokoko, VMC)");
+  cli::App* const bridge =
+      app.add_subcommand("bridge", "the bridges to other protocols (NatNet, VRPN, Rokoko, VMC, NATS)");
   bridge->require_subcommand(1);
   bridge->footer(R"(examples:
   mocapctl bridge list           the bridges of this machine, and who is connected to each
