@@ -25,6 +25,7 @@ while [ $# -gt 0 ]; do
   esac
 done
 case "$seconds" in ''|*[!0-9]*) echo "demo: --seconds is '$seconds', expected a whole number from 5" >&2; exit 64 ;; esac
+seconds=$((10#$seconds))  # 08 is no octal number
 [ "$seconds" -ge 5 ] || { echo "demo: --seconds is $seconds, expected at least 5" >&2; exit 64; }
 
 pids=()
@@ -77,8 +78,9 @@ endpoint=tcp://127.0.0.1:5570
   >"$work/sim.log" 2>&1 &
 sim=$!
 pids+=("$sim")
+source=$(pwd | sed 's/[#&\]/\\&/g')  # in the replacement of sed
 {
-  sed "s#\"demo.rig.toml\"#\"$PWD/config/demo.rig.toml\"#; s#\"markersets/#\"$PWD/config/markersets/#" config/demo.toml
+  sed "s#\"demo.rig.toml\"#\"$source/config/demo.rig.toml\"#; s#\"markersets/#\"$source/config/markersets/#" config/demo.toml
   printf '[publish]\nmore_endpoints = ["ipc://%s/feed"]\n[control]\nmore_endpoints = ["ipc://%s/feed.control"]\n' "$work" "$work"
 } >"$work/demo.toml"
 "$bin/mocapd" --config "$work/demo.toml" >"$work/daemon.log" 2>&1 &
