@@ -16,7 +16,7 @@ namespace mocap::exports {
 namespace {
 
 constexpr std::size_t kMaxFrames = 65535, kMaxPoints = 65535;  // of 16-bit fields
-constexpr std::size_t kMaxEvents = 255, kMaxHeaderEvents = 18;
+constexpr std::size_t kMaxHeaderEvents = 18;
 constexpr std::uint16_t kHeaderEventsKey = 12345;  // event labels of four characters
 constexpr int kCameraBits = 7;
 
@@ -133,16 +133,27 @@ void add_subjects(C3dParameters& all, const Clip& clip) {
   all.texts("MARKER_SETS", sets, "");
 }
 
-// Icons of Vicon: 1 foot strike, 2 foot off, 0 another event.
-void add_events(C3dParameters& all, const Clip& clip) {
+// The text up to a length, without a part of a character at its end (UTF-8).
+std::string cut_to(const std::string& text, std::size_t most_bytes) {
+  std::size_t end = std::min(text.size(), most_bytes);
+  if (end < text.size()) {
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  }
+  return text.substr(0, end);
+}
+
+// Icons of Vicon: 1 foot strike, 2 foot off, 0 another event. Times of this group count from frame 1 of the trial,
+// those of the header from the first frame of the file.
+void add_events(C3dParameters& all, const Clip& clip, const Shape& shape) {
   const std::size_t count = clip.events.size();
   std::vector<std::string> labels;
   std::vector<float> times;
   for (const ClipEvent& event : clip.events) {
-    labels.push_back(event.name.empty() ? "Event" : event.name);
-    const double minutes = std::floor(event.time_s / 60.0);
+    labels.push_back(event.name.empty() ? "Event" : cut_to(event.name, kMaxText_bytes));
+    const double time_s = clip.rate.time_s(shape.first - 1) + event.time_s;
+    const double minutes = std::floor(time_s / 60.0);
     times.push_back(static_cast<float>(minutes));
-    times.push_back(static_cast<float>(event.time_s - 60.0 * minutes));
+    times.push_back(static_cast<float>(time_s - 60.0 * minutes));
   }
   const std::vector<std::string> contexts(count, "General"), about(count, "Mark of the operator"), nobody(count, " ");
   const std::vector<std::uint16_t> zeros(count, 0);
@@ -151,7 +162,7 @@ void add_events(C3dParameters& all, const Clip& clip) {
   all.texts("CONTEXTS", contexts, "");
   all.texts("LABELS", labels, "");
   all.texts("DESCRIPTIONS", about, "");
-  all.reals("TIMES", {2, count}, times, "minutes, seconds after the first frame");
+  all.reals("TIMES", {2, count}, times, "minutes, seconds after frame 1 of the trial");
   all.texts("SUBJECTS", nobody, "");
   all.integers("ICON_IDS", {count}, zeros, "");
   all.integers("GENERIC_FLAGS", {count}, zeros, "");
@@ -175,7 +186,7 @@ void add_origin(C3dParameters& all, const Clip& clip) {
   const Timecode& timecode = *clip.first_timecode;
   all.group("TIMECODE", "SMPTE timecode");
   all.text("START", text_of(timecode), "of the first frame; ; before frames: drop-frame");
-  all.real("RATE", static_cast<float>(rate_hz(timecode, clip.rate.denominator == 1001)), "timecode frames per second");
+  all.real("RATE", static_cast<float>(rate_hz(timecode)), "timecode frames per second");
   all.integer("STANDARD", static_cast<std::uint16_t>(timecode.frames_per_second), "nominal frames per second");
   all.integer("DROP_FRAME", timecode.drop_frame ? 1 : 0, "1: drop-frame");
 }
@@ -187,14 +198,14 @@ Result<std::string> parameters_of(const Clip& clip, const Shape& shape, const Wr
   add_analog(all, clip);
   add_trial(all, clip, shape);
   add_subjects(all, clip);
-  add_events(all, clip);
+  add_events(all, clip, shape);
   add_origin(all, clip);
   return all.section();
 }
 
 // The first four characters of a name: more do not fit into the header.
 std::string header_label(const std::string& name) {
-  std::string label = name.substr(0, 4);
+  std::string label = cut_to(name, 4);
   label.resize(4, ' ');
   return label;
 }
@@ -271,8 +282,9 @@ Status write_c3d(const Clip& clip, const WriteOptions& options, const Sink& sink
   const std::size_t points = marker_labels(clip).size();
   if (points == 0) return refused("the take has no markers");
   if (points > kMaxPoints) return refused(fmt::format("{} markers, at most {} are possible", points, kMaxPoints));
-  if (clip.events.size() > kMaxEvents) {
-    return refused(fmt::format("{} events, at most {} are possible; export a --range", clip.events.size(), kMaxEvents));
+  if (clip.events.size() > kMaxC3dEvents) {
+    return refused(
+        fmt::format("{} events, at most {} are possible; export a --range", clip.events.size(), kMaxC3dEvents));
   }
   return write_file(clip, options, sink);
 }

@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::size_t kMaxBlocks = 255;
 constexpr std::size_t kMaxTexts = 255;
-constexpr std::size_t kMaxText_bytes = 127;  // 255 texts stay below 32 KiB: some readers have signed offsets
 constexpr char kIntel = 84;
 
 enum Type : int { kCharacters = -1, kInteger = 2, kReal = 4 };

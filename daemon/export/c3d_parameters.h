@@ -15,6 +15,9 @@ namespace mocap::exports {
 /// A C3D file consists of blocks.
 inline constexpr std::size_t kBlock_bytes = 512;
 
+/// A text of the parameter section: 255 of them stay below 32 KiB, because some readers have signed offsets.
+inline constexpr std::size_t kMaxText_bytes = 127;
+
 /// Appends a number in Intel byte order.
 void append_u16(std::string& bytes, std::uint16_t number);
 void append_float(std::string& bytes, float number);

@@ -125,14 +125,35 @@ TEST(WriteC3d, HasEventsInTheGroupAndInTheHeader) {
   ASSERT_EQ(file["EVENT:USED"].integer(), 2);
   EXPECT_EQ(file["EVENT:LABELS"].text(1), "Jump of anna");
   EXPECT_THAT(file["EVENT:TIMES"].dimensions, ElementsAre(2, 2));
+  // The clip begins with frame 101 of the trial, so that frame 1 is 100 frames of 1001/30000 s earlier.
   EXPECT_EQ(file["EVENT:TIMES"].real(2), 1.0F);
-  EXPECT_EQ(file["EVENT:TIMES"].real(3), 1.25F);
+  EXPECT_FLOAT_EQ(file["EVENT:TIMES"].real(3), 1.25F + 100.0F * 1001.0F / 30000.0F);
   EXPECT_EQ(file["EVENT:CONTEXTS"].text(0), "General");
   EXPECT_FALSE(file["EVENT:DESCRIPTIONS"].text(0).empty());
   EXPECT_EQ(file.header_word(150), 12345);
   EXPECT_EQ(file.header_word(151), 2);
   EXPECT_EQ(file.header_real(155), 61.25F);
   EXPECT_EQ(file.header_text(199, 8), "ClapJump");
+}
+
+TEST(WriteC3d, CutsNamesOfEventsBetweenCharacters) {
+  Clip clip = testing::sample_clip();
+  clip.events = {{0.5, "H\u00fc\u00e4\u00f6" + std::string(130, 'x')}, {0.6, std::string(126, 'x') + "\u00e4\u00f6"}};
+
+  const SpecC3d file(written(clip));
+
+  EXPECT_EQ(file["EVENT:LABELS"].text(0).size(), 127U);
+  EXPECT_EQ(file["EVENT:LABELS"].text(1), std::string(126, 'x'));
+  EXPECT_EQ(file.header_text(199, 8), "H\u00fc xxxx");
+}
+
+TEST(WriteC3d, HasTheRateOfTheRecordedTimecode) {
+  Clip clip = testing::sample_clip();
+  clip.first_timecode = Timecode{1, 0, 0, 0, 25};
+
+  EXPECT_EQ(SpecC3d(written(clip))["TIMECODE:RATE"].real(), 25.0F);
+  clip.first_timecode->fractional = true;
+  EXPECT_FLOAT_EQ(SpecC3d(written(clip))["TIMECODE:RATE"].real(), 25.0F / 1.001F);
 }
 
 TEST(WriteC3d, HasNoPrefixForASingleSubject) {

@@ -11,7 +11,7 @@ constexpr double kRounding_frames = 1e-4;
 
 Timecode timecode_at(const Clip& clip, double time_s) noexcept {
   const Timecode& first = *clip.first_timecode;
-  const double rate = rate_hz(first, clip.rate.denominator == 1001);
+  const double rate = rate_hz(first);
   const double exposures = clip.rate.hz() / rate;  // in a timecode frame
   const double passed = first.subframe / exposures + time_s * rate + kRounding_frames;
   const double whole = std::floor(passed);

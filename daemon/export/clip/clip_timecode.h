@@ -4,8 +4,8 @@
 
 namespace mocap::exports {
 
-/// The timecode at a time after the clip's first frame, counted on at the nominal rate. Requires a first timecode with
-/// a valid rate.
+/// The timecode at a time after the clip's first frame, counted on at the real rate of the timecode (`rate_hz`): the
+/// nominal one, or 1000/1001 of it if the recorded timecode says so. Requires a first timecode with a valid rate.
 Timecode timecode_at(const Clip& clip, double time_s) noexcept;
 
 }  // namespace mocap::exports

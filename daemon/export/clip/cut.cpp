@@ -36,8 +36,7 @@ Result<double> frame_at(const Clip& clip, const RangeEnd& end) {
   std::int64_t frames = frames_of(*at) - frames_of(first);
   const std::int64_t day = frames_of(timecode_of(-1, first)) + 1;
   if (frames < -day / 2) frames += day;  // the take passes midnight
-  const double frames_per_s = rate_hz(first, clip.rate.denominator == 1001);
-  return static_cast<double>(frames) / frames_per_s * clip.rate.hz() - first.subframe;
+  return static_cast<double>(frames) / rate_hz(first) * clip.rate.hz() - first.subframe;
 }
 
 template <class Sample>
@@ -55,8 +54,10 @@ void keep(Clip& clip, std::size_t first, std::size_t count) {
     keep(subject.markers, clip.frames, first, count);
     keep(subject.bones, clip.frames, first, count);
   }
+  const double same_s = kSameFrame / clip.rate.hz();  // so that rounding moves no event over an end
   for (ClipEvent& event : clip.events) event.time_s -= begin_s;
-  std::erase_if(clip.events, [&](const ClipEvent& event) { return event.time_s < 0.0 || event.time_s >= length_s; });
+  std::erase_if(clip.events,
+                [&](const ClipEvent& event) { return event.time_s < -same_s || event.time_s >= length_s - same_s; });
   if (clip.first_utc_ns) *clip.first_utc_ns += std::llround(1e9 * begin_s);
   if (clip.first_timecode) clip.first_timecode = timecode_at(clip, begin_s);
   clip.first_frame += static_cast<std::int64_t>(first);

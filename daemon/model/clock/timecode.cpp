@@ -54,9 +54,8 @@ Timecode timecode_of(std::int64_t frames, const Timecode& like) noexcept {
   return t;
 }
 
-double rate_hz(const Timecode& timecode, bool fractional) noexcept {
-  return timecode.frames_per_second *
-         (timecode.drop_frame || timecode.fractional || fractional ? 1000.0 / 1001.0 : 1.0);
+double rate_hz(const Timecode& timecode) noexcept {
+  return timecode.frames_per_second * (timecode.drop_frame || timecode.fractional ? 1000.0 / 1001.0 : 1.0);
 }
 
 std::string text_of(const Timecode& t) {

@@ -30,8 +30,8 @@ Timecode timecode_of(std::int64_t frames, const Timecode& like) noexcept;
 
 std::int64_t frames_per_day(const Timecode& like) noexcept;
 
-/// Real frames per second: 1000/1001 of the nominal number if drop-frame, or if `fractional` here or there.
-double rate_hz(const Timecode& timecode, bool fractional = false) noexcept;
+/// Real frames per second: 1000/1001 of the nominal number if drop-frame or fractional.
+double rate_hz(const Timecode& timecode) noexcept;
 
 /// "01:02:03:04", or "01:02:03;04" if drop-frame.
 std::string text_of(const Timecode& timecode);
