@@ -3,11 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <vector>
 
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 #include "take/recordings/snapshot_writer.h"
+#include "take/take_reader.h"
+#include "take/take_writer.h"
 #include "wire/random_model.h"
 #include "wire/sample_description.h"
 
@@ -62,6 +67,7 @@ TEST_P(SnapshotReaderTest, EndsBeforeAnIncompleteSnapshot) {
   int count = 0;
   for (auto next = (*reader)->next(); next && *next != nullptr; next = (*reader)->next()) ++count;
   EXPECT_EQ(count, 4);
+  EXPECT_TRUE((*reader)->faults().cut_off);
   EXPECT_TRUE((*reader)->next());
 }
 
@@ -95,6 +101,72 @@ TEST(OpenSnapshots, ReadsATake) {
   }
   EXPECT_EQ(*(*reader)->next(), nullptr);
   EXPECT_NEAR((*reader)->progress(), 1.0, 0.1);
+}
+
+// Reads all; returns the numbers of the snapshots.
+std::vector<std::uint64_t> numbers_in(SnapshotReader& reader) {
+  std::vector<std::uint64_t> numbers;
+  for (auto next = reader.next(); next && *next != nullptr; next = reader.next()) {
+    numbers.push_back((*next)->snapshot.number);
+  }
+  return numbers;
+}
+
+TEST(OpenSnapshots, HasTheMarksOfATake) {
+  const support::TemporaryFolder folder;
+  auto writer = TakeWriter::create(folder.path() / "walk.mcap", example_start());
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(append_example(**writer, 0, 40));
+  v1::Event mark, other;
+  mark.set_kind(v1::EVENT_KIND_MARK);
+  mark.set_message("jump");
+  ASSERT_TRUE((*writer)->append(kEventTopic, example_time(3), mark.SerializeAsString()));
+  ASSERT_TRUE((*writer)->append(kEventTopic, example_time(5), other.SerializeAsString()));
+  ASSERT_TRUE((*writer)->finish(example_end(40)));
+
+  auto reader = open_snapshots(folder.path() / "walk.mcap");
+
+  EXPECT_EQ(numbers_in(**reader).size(), 40U);
+  ASSERT_EQ((*reader)->marks().size(), 1U);
+  EXPECT_EQ((*reader)->marks()[0].at, example_time(3));
+  EXPECT_EQ((*reader)->marks()[0].text, "jump");
+  EXPECT_FALSE((*reader)->faults().cut_off);
+  EXPECT_EQ((*reader)->faults().damaged_parts, 0U);
+}
+
+TEST(OpenSnapshots, LeavesOutDamagedChunksAndCountsThem) {
+  const support::TemporaryFolder folder;
+  const auto path = folder.path() / "walk.mcap";
+  ASSERT_NO_FATAL_FAILURE(record_example(path, 120));
+  const std::vector<mcap::ChunkIndex> chunks = TakeReader::open(path)->mcap().summary().chunks;
+  ASSERT_GT(chunks.size(), 3U);
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(static_cast<std::streamoff>(chunks[2].offset + chunks[2].length / 2));
+  file << "damage";
+  file.close();
+
+  auto reader = open_snapshots(path);
+
+  ASSERT_TRUE(reader) << reader.error().message;
+  const std::vector<std::uint64_t> numbers = numbers_in(**reader);
+  EXPECT_LT(numbers.size(), 120U);
+  EXPECT_EQ(numbers.back(), 119U);
+  EXPECT_EQ((*reader)->faults().damaged_parts, 1U);
+  EXPECT_FALSE((*reader)->faults().cut_off);
+}
+
+TEST(OpenSnapshots, TellsThatATakeWasCutOff) {
+  const support::TemporaryFolder folder;
+  const auto path = folder.path() / "walk.mcap";
+  ASSERT_NO_FATAL_FAILURE(record_example(path, 120));
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+
+  auto reader = open_snapshots(path);
+
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_GT(numbers_in(**reader).size(), 10U);
+  EXPECT_TRUE((*reader)->faults().cut_off);
+  EXPECT_FALSE((*reader)->faults().being_written);
 }
 
 TEST(OpenSnapshots, RefusesOtherFiles) {

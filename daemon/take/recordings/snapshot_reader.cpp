@@ -31,6 +31,8 @@ class MessageReader : public SnapshotReader {
     return static_cast<const RecordedSnapshot*>(&recorded_);
   }
   const Description& description() const final { return description_; }
+  const std::vector<RecordedMark>& marks() const final { return marks_; }
+  const RecordingFaults& faults() const final { return faults_; }
 
  protected:
   // Reads the next message into message_. False at the end.
@@ -52,6 +54,8 @@ class MessageReader : public SnapshotReader {
 
   std::filesystem::path path_;
   v1::Snapshot message_;
+  std::vector<RecordedMark> marks_;
+  RecordingFaults faults_;
 
  private:
   Status read_message() {
@@ -104,7 +108,8 @@ class ProtobufReader final : public FileReader {
     bool at_end = false;
     if (google::protobuf::util::ParseDelimitedFromZeroCopyStream(&message_, &stream_, &at_end)) return true;
     // The last message of a recording that was cut off is incomplete, so that reading it reaches the end of the file.
-    if (at_end || position() >= bytes_) return false;
+    faults_.cut_off = !at_end && position() >= bytes_;
+    if (at_end || faults_.cut_off) return false;
     return wrong("not a message of mocap.v1.Snapshot");
   }
   std::uint64_t position() const override { return static_cast<std::uint64_t>(stream_.ByteCount()); }
@@ -125,7 +130,8 @@ class JsonReader final : public FileReader {
       read_bytes_ += line_.size() + 1;
       if (line_.find_first_not_of(" \t\r") == std::string::npos) continue;
       Result<v1::Snapshot> message = wire::message_from_json_line(line_);
-      if (!message && file_.eof()) return false;  // the recording was cut off within its last line
+      faults_.cut_off = !message && file_.eof();  // within its last line
+      if (faults_.cut_off) return false;
       if (!message) return wrong(message.error().message);
       message_ = std::move(*message);
       return true;
@@ -144,7 +150,13 @@ class McapReader final : public MessageReader {
   McapReader(const std::filesystem::path& path, TakeReader take)
       : MessageReader(path),
         take_(std::move(take)),
-        cursor_(take_.messages({{TakeTopic::Description, TakeTopic::Snapshot}, {}, {}})) {}
+        cursor_(take_.messages({{TakeTopic::Description, TakeTopic::Snapshot, TakeTopic::Event}, {}, {}})) {
+    // A damage without bytes is that of the index, which is made anew.
+    const std::vector<mcap::Damage>& damages = take_.mcap().damages();
+    const auto lost = [](const mcap::Damage& damage) { return damage.bytes > 0; };
+    faults_ = {static_cast<std::size_t>(std::ranges::count_if(damages, lost)), take_.cut_off(),
+               take_.cut_off() && take_.is_being_written()};
+  }
 
   double progress() const override {
     const double span_s = to_s(take_.last_at() - take_.first_at());
@@ -155,9 +167,17 @@ class McapReader final : public MessageReader {
   Result<bool> next_message() override {
     for (;;) {
       const Result<std::optional<TakeRecord>> record = cursor_.next();
-      if (!record) return record.error();
+      if (!record && record.error().code != ErrorCode::InvalidArgument) return record.error();
+      if (!record) {
+        ++faults_.damaged_parts;  // the cursor is behind the damaged chunk now
+        continue;
+      }
       if (!*record) return false;
       at_ = (*record)->at;
+      if ((*record)->topic == TakeTopic::Event) {
+        if (const Status learnt = learn_mark(**record); !learnt) return wrong(learnt.error().message);
+        continue;
+      }
       if ((*record)->topic == TakeTopic::Description) {
         if (const Status learnt = learn(description_of(**record)); !learnt) return wrong(learnt.error().message);
         continue;
@@ -167,6 +187,12 @@ class McapReader final : public MessageReader {
       message_ = std::move(*message);
       return true;
     }
+  }
+  Status learn_mark(const TakeRecord& record) {
+    Result<v1::Event> event = event_of(record);
+    if (!event) return event.error();
+    if (event->kind() == v1::EVENT_KIND_MARK) marks_.push_back({record.at, event->message()});
+    return {};
   }
   std::string place() const override { return fmt::format("{} ns", to_ns(at_)); }
 
