@@ -174,6 +174,57 @@ TEST(ClipBuilder, RefusesAnotherMarkerSetUnderTheSameName) {
   EXPECT_THAT(take.describe().error().message, HasSubstr("changes from 2 markers"));
 }
 
+TEST(ClipBuilder, RefusesOtherNamesAndParentsInASetOfTheSameSize) {
+  Recording markers(100.0), bones(100.0);
+  for (Recording* take : {&markers, &bones}) ASSERT_TRUE(take->describe());
+  markers.description().subjects[0].marker_set.markers[1].name = "LASI";
+  bones.description().subjects[0].marker_set.skeleton.bones[1].parent = -1;
+
+  EXPECT_THAT(markers.describe().error().message, HasSubstr("the name of marker 1 from 'M1' to 'LASI'"));
+  EXPECT_THAT(bones.describe().error().message, HasSubstr("bone 1 from 'Chest' below bone 0 to 'Chest' below bone -1"));
+}
+
+// The clock of the cameras is 250 ppm slow: after 99 s, the time of a mark is 3 frames behind that of its frame.
+TEST(ClipBuilder, PutsMarksOnTheNearestFrame) {
+  Recording take(120.0);
+  ASSERT_TRUE(take.describe());
+  for (std::uint64_t n = 0; n < 12'000; ++n) ASSERT_TRUE(take.add(n, static_cast<double>(n) * 1.00025 / 120.0));
+  const auto at = [](double frames) { return from_ns(1'000'000'000) + from_s(frames * 1.00025 / 120.0); };
+  take.builder().mark(at(11'900.4), "late");
+  take.builder().mark(at(7.6), "early");
+  take.builder().mark(at(-3.0), "before");
+  take.builder().mark(at(12'001.0), "after");
+
+  const auto clip = take.builder().build();
+
+  ASSERT_EQ(clip->rate.numerator, 120);
+  ASSERT_EQ(clip->events.size(), 2U);
+  EXPECT_EQ(clip->events[0].name, "early");
+  EXPECT_DOUBLE_EQ(clip->events[0].time_s, 8.0 / 120.0);
+  EXPECT_EQ(clip->events[1].name, "late");
+  EXPECT_DOUBLE_EQ(clip->events[1].time_s, 11'900.0 / 120.0);
+}
+
+TEST(ClipBuilder, PutsMarksIntoGaps) {
+  Recording take(100.0);
+  ASSERT_TRUE(take.describe());
+  for (const std::uint64_t n : {0, 1, 2, 3, 40, 41}) ASSERT_TRUE(take.add(n, static_cast<double>(n) / 100.0));
+  take.builder().mark(from_ns(1'000'000'000) + from_s(0.2), "gap");
+
+  const auto clip = take.builder().build();
+
+  ASSERT_EQ(clip->events.size(), 1U);
+  EXPECT_DOUBLE_EQ(clip->events[0].time_s, 0.2);
+}
+
+TEST(ClipBuilder, ListsTheSubjectsIfOneOfTheWantedIsUnknown) {
+  Recording take(100.0, {"anna", "ana"});
+  ASSERT_TRUE(take.describe());
+  ASSERT_TRUE(take.add(0, 0.0));
+
+  EXPECT_EQ(take.builder().build().error().message, "the take has no subject 'ana'; its subjects are 'anna'");
+}
+
 TEST(ClipBuilder, RefusesAnUnknownSubject) {
   Recording take(100.0, {"nobody"});
   ASSERT_TRUE(take.describe());
@@ -211,6 +262,16 @@ TEST(ClipBuilder, CountsSubframesOn) {
   EXPECT_EQ(text_of(timecode_at(clip, 0.0)), "01:00:00:02");
   EXPECT_EQ(text_of(timecode_at(clip, 1.0 / 120.0)), "01:00:00:03");
   EXPECT_EQ(timecode_at(clip, 6.0 / 120.0).subframe, 1U);
+}
+
+// At 29.97 Hz a free-running timecode of 30 frames per second gains a frame in 33 s.
+TEST(ClipTimecode, RunsAtItsRecordedRate) {
+  Clip clip = testing::sample_clip();
+  clip.first_timecode = Timecode{1, 0, 0, 0, 30};
+
+  EXPECT_EQ(text_of(timecode_at(clip, 60.0)), "01:01:00:00");
+  clip.first_timecode->fractional = true;
+  EXPECT_EQ(text_of(timecode_at(clip, 60.0)), "01:00:59:28");
 }
 
 TEST(Rates, AreFractions) {
@@ -256,6 +317,19 @@ TEST(Cut, KeepsFramesTimesAndEvents) {
   ASSERT_EQ(part->events.size(), 1U);
   EXPECT_NEAR(part->events[0].time_s, 0.5 - 10.0 * 1001.0 / 30000.0, 1e-12);
   EXPECT_EQ(text_of(*part->first_timecode), "01:03:00;10");
+}
+
+TEST(Cut, KeepsAnEventAtItsFirstFrameAndNoneBehindItsLast) {
+  Clip clip = testing::sample_clip();
+  clip.first_frame = 0;
+  clip.events.clear();
+  for (std::int64_t f = 0; f < 40; ++f) clip.events.push_back({clip.rate.time_s(f), std::to_string(f)});
+
+  const auto part = cut(clip, *parse_range_end("11f"), *parse_range_end("31f"));
+
+  ASSERT_EQ(part->events.size(), 21U);
+  EXPECT_EQ(part->events.front().name, "11");
+  EXPECT_EQ(part->events.back().name, "31");
 }
 
 TEST(Cut, UnderstandsSecondsAndTimecode) {

@@ -23,6 +23,26 @@ constexpr double kClockError = 3e-4;
 // The times of the first and the last frame have errors, here up to 5 % of a period.
 constexpr double kTimeError_periods = 0.05;
 
+// How a marker set becomes another one; empty if both have the same markers and bones in the same order.
+std::string change_of(const MarkerSet& before, const MarkerSet& now) {
+  const auto& bones = before.skeleton.bones;
+  if (before.markers.size() != now.markers.size() || bones.size() != now.skeleton.bones.size()) {
+    return fmt::format("from {} markers and {} bones to {} and {}", before.markers.size(), bones.size(),
+                       now.markers.size(), now.skeleton.bones.size());
+  }
+  for (std::size_t m = 0; m < now.markers.size(); ++m) {
+    if (before.markers[m].name == now.markers[m].name) continue;
+    return fmt::format("the name of marker {} from '{}' to '{}'", m, before.markers[m].name, now.markers[m].name);
+  }
+  for (std::size_t b = 0; b < bones.size(); ++b) {
+    const Bone &old = bones[b], &bone = now.skeleton.bones[b];
+    if (old.name == bone.name && old.parent == bone.parent) continue;
+    return fmt::format("bone {} from '{}' below bone {} to '{}' below bone {}", b, old.name, old.parent, bone.name,
+                       bone.parent);
+  }
+  return {};
+}
+
 template <class Samples>
 Samples spread(Samples& rows, std::size_t width, const std::vector<std::int64_t>& frame_of, std::size_t frames) {
   Samples all(frames * width);
@@ -56,6 +76,7 @@ Status ClipBuilder::learn(const Description& description) {
   track_by_index_.clear();
   for (const Subject& subject : description.subjects) {
     track_by_index_.push_back(-1);
+    names_.insert(subject.name);
     if (!wanted(subject.name)) continue;
     if (const Status learnt = learn(subject); !learnt) return learnt;
     const auto same = [&](const Track& track) { return track.rows.subject.name == subject.name; };
@@ -68,15 +89,9 @@ Status ClipBuilder::learn(const Subject& subject) {
   for (Track& track : tracks_) {
     Subject& known = track.rows.subject;
     if (known.name != subject.name) continue;
-    const auto sizes = [](const Subject& s) {
-      return std::pair(s.marker_set.markers.size(), s.marker_set.skeleton.bones.size());
-    };
-    if (sizes(known) != sizes(subject)) {
-      return wrong(
-          fmt::format("subject '{}' changes from {} markers and {} bones to {} and {} at snapshot {}; one file "
-                      "cannot hold both",
-                      subject.name, sizes(known).first, sizes(known).second, sizes(subject).first,
-                      sizes(subject).second, times_.size()));
+    if (const std::string change = change_of(known.marker_set, subject.marker_set); !change.empty()) {
+      return wrong(fmt::format("subject '{}' changes {} at snapshot {}; one file cannot hold both", subject.name,
+                               change, times_.size()));
     }
     known = subject;
     return {};
@@ -197,12 +212,40 @@ Rate ClipBuilder::rate_for(double period_s, std::int64_t last_frame) const {
   return rate_of(std::max(mean_hz, 1e-3));
 }
 
+Status ClipBuilder::check_subjects() const {
+  if (names_.empty()) return wrong("the take has no subject");
+  for (const std::string& name : wanted_) {
+    if (names_.contains(name)) continue;
+    return wrong(fmt::format("the take has no subject '{}'; its subjects are '{}'", name, fmt::join(names_, "', '")));
+  }
+  return {};
+}
+
+// The time of an event is counted from the nearest snapshot, as frames are: the clip's rate may be that of another
+// clock than the times.
+void ClipBuilder::add_events(Clip& clip, double period_s, const std::vector<std::int64_t>& frame_of) {
+  std::vector<std::size_t> used;  // snapshots, by time
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    if (frame_of[i] >= 0) used.push_back(i);
+  }
+  for (Mark& mark : marks_) {
+    auto nearest = std::lower_bound(used.begin(), used.end(), mark.at,
+                                    [&](std::size_t i, Timestamp at) { return times_[i] < at; });
+    const bool before = nearest != used.begin() &&
+                        (nearest == used.end() || mark.at - times_[*(nearest - 1)] < times_[*nearest] - mark.at);
+    if (before) --nearest;
+    const double steps = period_s > 0.0 ? std::round(to_s(mark.at - times_[*nearest]) / period_s) : 0.0;
+    const double frame = static_cast<double>(frame_of[*nearest]) + steps;
+    if (frame < 0.0 || frame >= static_cast<double>(clip.frames)) continue;
+    clip.events.push_back({clip.rate.time_s(static_cast<std::int64_t>(frame)), std::move(mark.name)});
+  }
+  std::stable_sort(clip.events.begin(), clip.events.end(),
+                   [](const ClipEvent& a, const ClipEvent& b) { return a.time_s < b.time_s; });
+}
+
 Result<Clip> ClipBuilder::build() {
   if (times_.empty()) return wrong("the take has no snapshot");
-  if (tracks_.empty()) {
-    return wrong(wanted_.empty() ? "the take has no subject"
-                                 : fmt::format("the take has no subject '{}'", fmt::join(wanted_, "' or '")));
-  }
+  if (const Status fit = check_subjects(); !fit) return fit.error();
   const double period = period_s();
   const std::vector<std::int64_t> frame_of = frames_at(period);
   const std::int64_t last = *std::max_element(frame_of.begin(), frame_of.end());
@@ -230,7 +273,7 @@ Result<Clip> ClipBuilder::build() {
     subject.bones = spread(track.rows.bones, set.skeleton.bones.size(), frame_of, clip.frames);
     subject.subject = std::move(track.rows.subject);
   }
-  for (Mark& mark : marks_) clip.events.push_back({to_s(mark.at - times_.front()), std::move(mark.name)});
+  add_events(clip, period, frame_of);
   return clip;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,22 +27,24 @@ struct ClipReport {
 ///
 /// The period is the median time between sets of consecutive numbers. A snapshot becomes the frame whose time is
 /// nearest, counted from the snapshot before, so that neither jitter nor a clock that is slow or fast shifts frames; a
-/// lost set is a missing frame. Nothing is interpolated.
+/// lost set is a missing frame. Nothing is interpolated. A mark becomes an event at the time of the nearest frame.
 class ClipBuilder {
  public:
   /// `subjects`: names of the subjects to keep; empty: all.
   ClipBuilder(std::string name, std::vector<std::string> subjects);
 
   /// Takes over names and bodies for the snapshots that follow. Bone lengths and marker offsets of the last description
-  /// count. Fails with InvalidArgument if a subject has other markers or bones than before.
+  /// count. Fails with InvalidArgument if a subject has other markers or bones than before, by number, name or parent.
   Status learn(const Description& description);
 
   /// Adds the next snapshot. Fails with InvalidArgument if its markers or bones do not fit the description.
   Status add(const Snapshot& snapshot, std::optional<std::int64_t> utc_minus_host_ns);
 
+  /// Adds a mark of the operator, in any order. build() leaves out a mark before the first or after the last frame.
   void mark(Timestamp at, std::string name);
 
-  /// Fails with InvalidArgument if there is no snapshot or no such subject, or if nearly all frames are missing.
+  /// Fails with InvalidArgument if there is no snapshot, if one of the subjects to keep is in no description, or if
+  /// nearly all frames are missing.
   Result<Clip> build();
 
   const ClipReport& report() const noexcept { return report_; }
@@ -61,6 +64,7 @@ class ClipBuilder {
 
   bool wanted(const std::string& subject) const;
   Status learn(const Subject& subject);
+  Status check_subjects() const;
   Status add_markers(const SubjectLabels& labels);
   Status add_bones(const SubjectPose& pose);
   Track* track_of(SubjectId subject);
@@ -68,9 +72,11 @@ class ClipBuilder {
   double period_s() const;
   std::vector<std::int64_t> frames_at(double period_s);
   Rate rate_for(double period_s, std::int64_t last_frame) const;
+  void add_events(Clip& clip, double period_s, const std::vector<std::int64_t>& frame_of);
 
   std::string name_;
   std::vector<std::string> wanted_;
+  std::set<std::string> names_;  // of all subjects of the descriptions
   std::vector<Track> tracks_;
   std::vector<int> track_by_index_;  // of the last description; -1: not wanted
   std::vector<Viewpoint> viewpoints_;

@@ -12,7 +12,7 @@ Status read_into(ClipBuilder& builder, take::SnapshotReader& recording, const st
   for (std::size_t count = 0;; ++count) {
     const Result<const take::RecordedSnapshot*> next = recording.next();
     if (!next) return next.error();
-    if (*next == nullptr) return {};
+    if (*next == nullptr) break;
     const take::RecordedSnapshot& recorded = **next;
     if (count == 0 || recording.description().version != version) {
       if (const Status learnt = builder.learn(recording.description()); !learnt) return learnt;
@@ -22,6 +22,8 @@ Status read_into(ClipBuilder& builder, take::SnapshotReader& recording, const st
     if (!added) return added;
     if (count % kSnapshotsPerReport == 0) progress(recording.progress());
   }
+  for (const take::RecordedMark& mark : recording.marks()) builder.mark(mark.at, mark.text);
+  return {};
 }
 
 }  // namespace mocap::exports

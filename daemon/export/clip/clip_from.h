@@ -10,8 +10,8 @@
 
 namespace mocap::exports {
 
-/// Reads a recording into a builder. `progress` is called from time to time with the share that was read, 0 to 1. Fails
-/// as SnapshotReader::next and ClipBuilder do.
+/// Reads the snapshots and the marks of a recording into a builder. `progress` is called from time to time with the
+/// share that was read, 0 to 1. Fails as SnapshotReader::next and ClipBuilder do.
 Status read_into(ClipBuilder& builder, take::SnapshotReader& recording, const std::function<void(double)>& progress);
 
 }  // namespace mocap::exports
