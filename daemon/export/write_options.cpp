@@ -2,6 +2,8 @@
 
 namespace mocap::exports {
 
+std::string_view name_of(Axes axes) noexcept { return axes == Axes::ZUp ? "z-up" : "y-up"; }
+
 std::string_view name_of(Unit unit) noexcept {
   return unit == Unit::Metre ? "m" : unit == Unit::Centimetre ? "cm" : "mm";
 }

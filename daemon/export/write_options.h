@@ -20,6 +20,9 @@ struct WriteOptions {
   BoneNames names = BoneNames::Skeleton;
 };
 
+/// "z-up" or "y-up".
+std::string_view name_of(Axes axes) noexcept;
+
 /// "m", "cm" or "mm".
 std::string_view name_of(Unit unit) noexcept;
 

@@ -7,6 +7,8 @@
 #include <charconv>
 #include <ctime>
 
+#include "wire/codec/utf8.h"
+
 namespace mocap::take {
 namespace {
 
@@ -73,9 +75,13 @@ Status check(const TakeInfo& info) {
   texts.insert(texts.end(), {info.name, info.slate, info.producer, info.start_timecode, info.end_timecode});
   for (const std::string& text : texts) {
     bytes += text.size();
+    if (wire::valid_utf8(text) != text)
+      return Error{ErrorCode::InvalidArgument, fmt::format("take: '{}' is not UTF-8", wire::valid_utf8(text))};
     if (!is_plain(text, false))
       return Error{ErrorCode::InvalidArgument, fmt::format("take: '{}' has control characters, expected text", text)};
   }
+  if (wire::valid_utf8(info.notes) != info.notes)
+    return Error{ErrorCode::InvalidArgument, "take: the notes are not UTF-8, expected UTF-8"};
   if (!is_plain(info.notes, true))
     return Error{ErrorCode::InvalidArgument, "take: the notes have control characters, expected text and newlines"};
   if (bytes > kMaxInfo_bytes) {

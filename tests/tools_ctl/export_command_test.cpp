@@ -10,12 +10,15 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
+#include "export/spec_c3d.h"
 #include "support/places.h"
 #include "support/shell.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 #include "take/recordings/snapshot_writer.h"
+#include "take/take_writer.h"
 
 namespace mocap::ctl {
 namespace export_command_test {
@@ -39,6 +42,20 @@ class ExportCommand : public ::testing::Test {
     ASSERT_TRUE(writer);
     for (std::uint64_t set = 0; set < kSets; ++set) ASSERT_TRUE((*writer)->write(take::example_snapshot(set)));
     ASSERT_TRUE((*writer)->finish());
+  }
+
+  // A take with these marks, all at set 4.
+  void record_marks(const std::string& name, const std::vector<std::string>& texts) const {
+    auto writer = take::TakeWriter::create(folder_.path() / name, take::example_start());
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE(take::append_example(**writer, 0, kSets));
+    for (const std::string& text : texts) {
+      v1::Event mark;
+      mark.set_kind(v1::EVENT_KIND_MARK);
+      mark.set_message(text);
+      ASSERT_TRUE((*writer)->append(take::kEventTopic, take::example_time(4), mark.SerializeAsString()));
+    }
+    ASSERT_TRUE((*writer)->finish(take::example_end(kSets)));
   }
 
   Ended run(const std::string& words) const {
@@ -113,8 +130,82 @@ TEST_F(ExportCommand, LeavesNoFileAfterAnError) {
   EXPECT_EQ(run("walk.mcap --out a.c3d --subject nobody").exit, 65);
   EXPECT_EQ(run("walk.mcap --out a.c3d --range 10:00:00:00 10:00:01:00").exit, 65);
   EXPECT_EQ(run("walk.mcap --out a.c3d --range 90 100").exit, 65);
-  EXPECT_EQ(run("nothing.pb --out a.c3d").exit, 65);
+  EXPECT_EQ(run("nothing.pb --out a.c3d").exit, 66);
+  EXPECT_EQ(run("walk.mcap --out nowhere/a.c3d").exit, 73);
   EXPECT_EQ(files(), 2U);
+}
+
+TEST_F(ExportCommand, WritesTheMarksOfTheOperatorIntoC3d) {
+  record_marks("marked.mcap", {"jump"});
+
+  const Ended c3d = run("marked.mcap --out a.c3d --json"), csv = run("marked.mcap --out a.csv");
+
+  ASSERT_EQ(c3d.exit, 0) << c3d.out;
+  EXPECT_EQ(nlohmann::json::parse(c3d.out).at("marks"), 1);
+  const exports::testing::SpecC3d file(content("a.c3d"));
+  EXPECT_EQ(file["EVENT:USED"].integer(), 1);
+  EXPECT_EQ(file["EVENT:LABELS"].text(0), "jump");
+  EXPECT_FLOAT_EQ(file["EVENT:TIMES"].real(1), 4.0F / 120.0F);
+  EXPECT_THAT(csv.out, HasSubstr("1 of 1 marks were left out: a csv file holds 0"));
+}
+
+TEST_F(ExportCommand, KeepsAsManyMarksAsTheFormatHolds) {
+  record_marks("marked.mcap", std::vector<std::string>(300, "again"));
+
+  const Ended ended = run("marked.mcap --out a.c3d");
+
+  ASSERT_EQ(ended.exit, 0) << ended.out;
+  EXPECT_THAT(ended.out, HasSubstr("45 of 300 marks were left out: a c3d file holds 255"));
+  EXPECT_EQ(exports::testing::SpecC3d(content("a.c3d"))["EVENT:USED"].integer(), 255);
+}
+
+TEST_F(ExportCommand, TellsWhatIsMissingOfACutOffTake) {
+  const fs::path take = folder_.path() / "walk.mcap";
+  fs::resize_file(take, fs::file_size(take) / 2);
+
+  const Ended text = run("walk.mcap --out a.csv"), json = run("walk.mcap --out b.csv --json");
+
+  EXPECT_THAT(text.out, HasSubstr("the take was cut off"));
+  ASSERT_EQ(json.exit, 0) << json.out;
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("cut_off"), true);
+}
+
+TEST_F(ExportCommand, TellsThatASubjectWasNeverTracked) {
+  auto writer = take::make_snapshot_writer(folder_.path() / "still.pb", take::example_description());
+  ASSERT_TRUE(writer);
+  for (std::uint64_t set = 0; set < kSets; ++set) {
+    Snapshot snapshot = take::example_snapshot(set);
+    snapshot.poses.clear();
+    ASSERT_TRUE((*writer)->write(snapshot));
+  }
+  ASSERT_TRUE((*writer)->finish());
+
+  const Ended ended = run("still.pb --out a.csv");
+
+  ASSERT_EQ(ended.exit, 0) << ended.out;
+  const std::string name = take::example_description().subjects[0].name;
+  EXPECT_THAT(ended.out, HasSubstr(name + " has a pose in 0 of 30 frames"));
+}
+
+TEST_F(ExportCommand, RefusesAMisspeltSubjectAlsoBesideARightOne) {
+  const std::string name = take::example_description().subjects[0].name;
+
+  const Ended right = run("--subject '" + name + "' walk.mcap --format csv");
+  const Ended misspelt = run("walk.mcap --out a.csv --subject '" + name + "' --subject misspelt");
+
+  EXPECT_EQ(right.exit, 0) << right.out;
+  EXPECT_EQ(misspelt.exit, 65);
+  EXPECT_THAT(misspelt.out, HasSubstr("no subject 'misspelt'; its subjects are '" + name + "'"));
+}
+
+TEST_F(ExportCommand, WritesIntoAFolderAndKnowsExtensionsInCapitals) {
+  fs::create_directory(folder_.path() / "out");
+
+  const Ended folder = run("walk.mcap --format csv --out out"), capitals = run("walk.mcap --out A.C3D");
+
+  EXPECT_EQ(folder.exit, 0) << folder.out;
+  EXPECT_TRUE(exists("out/walk.csv"));
+  EXPECT_EQ(capitals.exit, 0) << capitals.out;
 }
 
 TEST_F(ExportCommand, SelectsFramesAndRate) {
@@ -132,7 +223,9 @@ TEST_F(ExportCommand, SelectsFramesAndRate) {
 TEST_F(ExportCommand, RefusesWhatAFormatCannotDo) {
   for (const auto& [words, why] : {std::pair("walk.pb --out a.glb --axes z-up", "gltf files are always y-up"),
                                    {"walk.pb --out a.fbx --unit m", "fbx files are always in cm"},
-                                   {"walk.pb --out a.xyz", "expected one of c3d, trc"},
+                                   {"walk.pb --out a.xyz", "--out is 'a.xyz'"},
+                                   {"walk.pb --out a.xyz", "expected to be one of c3d, trc, csv, bvh, glb"},
+                                   {"walk.pb --out a.gltf", "expected a.glb"},
                                    {"walk.pb", "give --format"},
                                    {"walk.pb --out a.csv --fps 0", "expected 1 to 10000"},
                                    {"walk.pb --out a.csv --fill some", "expected none, recorded"},

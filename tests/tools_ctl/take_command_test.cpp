@@ -93,6 +93,30 @@ TEST_F(TakeCommand, EditsNotesRatingAndName) {
   EXPECT_EQ(run("verify best.mcap").out, "best.mcap: valid\n");
 }
 
+TEST_F(TakeCommand, RefusesNotesThatAreNotUtf8) {
+  const Ended refused = run("note \"$(printf 'caf\\351')\" walk-3.mcap");
+
+  EXPECT_EQ(refused.exit, 65);
+  EXPECT_THAT(refused.out, HasSubstr("the notes are not UTF-8"));
+}
+
+// A take of another program.
+TEST_F(TakeCommand, PrintsNoControlCharacterOfATakeAndAlwaysJson) {
+  take::TakeStart start = take::example_start();
+  start.info.others["colour"] = "red\x1b[2J \xff";
+  auto writer = take::TakeWriter::create(folder_.path() / "other.mcap", start);
+  ASSERT_TRUE(writer) << writer.error().message;
+  ASSERT_TRUE((*writer)->finish(start.info));
+
+  const Ended text = run("show other.mcap"), json = run("show other.mcap --json");
+
+  EXPECT_EQ(text.exit, 0);
+  EXPECT_EQ(text.out.find('\x1b'), std::string::npos);
+  EXPECT_THAT(text.out, HasSubstr("red [2J"));
+  ASSERT_EQ(json.exit, 0) << json.out;
+  EXPECT_TRUE(nlohmann::json::accept(json.out));
+}
+
 TEST_F(TakeCommand, RepairsATakeThatWasCutOff) {
   cut_off();
   const Ended shown = run("show walk-3.mcap");

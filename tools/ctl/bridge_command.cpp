@@ -15,6 +15,7 @@
 
 #include "base/exit_codes.h"
 #include "bridges/status/status_file.h"
+#include "ctl/json_line.h"
 
 namespace mocap::ctl {
 namespace {
@@ -104,7 +105,7 @@ int run_list(const BridgeOptions& options) {
     }
   }
   if (options.json) {
-    fmt::print("{}\n", bridges.dump(2, ' ', false, Json::error_handler_t::replace));
+    fmt::print("{}\n", json_line(bridges, 2));
   } else {
     print_text(bridges);
   }

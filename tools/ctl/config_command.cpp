@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "base/exit_codes.h"
+#include "ctl/json_line.h"
 #include "settings/settings_in_force.h"
 
 namespace mocap::ctl {
@@ -44,7 +45,7 @@ void print_json(const settings::InForce& all) {
     values.push_back({{"key", setting.key}, {"value", setting.value}, {"from", setting.from}});
   }
   nlohmann::ordered_json notes = all.notes;
-  fmt::print("{}\n", nlohmann::ordered_json{{"files", files}, {"notes", notes}, {"settings", values}}.dump(2));
+  fmt::print("{}\n", json_line(nlohmann::ordered_json{{"files", files}, {"notes", notes}, {"settings", values}}, 2));
 }
 
 void print_text(const settings::InForce& all, bool only_changed) {

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "base/exit_codes.h"
+#include "ctl/json_line.h"
 #include "wire/curve_keys.h"
 
 namespace mocap::ctl {
@@ -23,7 +26,8 @@ int run_new(const KeysOptions& options) {
   if (!pair) return fail_keys(pair.error());
   if (const Status saved = wire::save_key_pair(options.file, *pair); !saved) return fail_keys(saved.error());
   if (options.json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"file", options.file.string()}, {"public", pair->public_key}}.dump());
+    fmt::print("{}\n",
+               json_line(nlohmann::ordered_json{{"file", options.file.string()}, {"public", pair->public_key}}));
   } else {
     fmt::print("{}: written, readable only by its owner; its public key is\n{}\n", options.file.string(),
                pair->public_key);
@@ -82,11 +86,20 @@ int run_list(const KeysOptions& options) {
     for (const auto& key : *keys) {
       all.push_back({{"public", key.public_key}, {"role", name_of(key.role)}, {"name", key.name}});
     }
-    fmt::print("{}\n", all.dump());
+    fmt::print("{}\n", json_line(all));
     return kExitOk;
   }
   for (const auto& key : *keys) fmt::print("{}  {:8}  {}\n", key.public_key, name_of(key.role), key.name);
   return kExitOk;
+}
+
+// The list has one key a line, with its role and its name; '#' begins a comment.
+std::optional<std::string> read_client_name(const std::string& text, std::string& name) {
+  if (text.empty() || text.find_first_of(" \t\r\n\f\v#") != std::string::npos) {
+    return fmt::format("--name is '{}', expected one word without white space and '#'", text);
+  }
+  name = text;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -112,7 +125,11 @@ void add_keys_command(cli::App& app, KeysOptions& options) {
   cli::App* allow = keys->add_subcommand("allow", "add a client's key to the list, or change its role");
   allow->examples("  mocapctl keys allow anna.key --name anna --role operator --list allowed.keys");
   allow->add_option("key", options.who, "a public key, or a file with one")->required();
-  allow->add_option("--name", options.name, "name of the client for lists and the log: one word");
+  allow
+      ->add_option(
+          "--name", [&options](const std::string& text) { return read_client_name(text, options.name); },
+          "name of the client for lists and the log: one word")
+      ->type_name("NAME");
   allow->add_option("--role", options.role, "viewer: reads data and state; operator: also changes the state")
       ->check(cli::IsMember({"viewer", "operator"}))
       ->capture_default_str();

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <string>
 #include <utility>
 
 #include "base/sync_folder.h"
@@ -31,6 +32,13 @@ fs::path next_free(const fs::path& path) {
   }
 }
 
+// -1 where the file system or the machine has none: it gets its name by way of /proc.
+int open_unnamed(const fs::path& path) {
+  if (::access("/proc/self/fd", X_OK) != 0) return -1;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  return ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0644);
+}
+
 Error taken(const fs::path& path) {
   return {ErrorCode::InvalidArgument,
           fmt::format("{} exists and is kept; the next free name is {}", path.string(), next_free(path).string())};
@@ -40,12 +48,13 @@ Error taken(const fs::path& path) {
 
 Result<NewFile> NewFile::create(fs::path path) {
   if (is_taken(path)) return taken(path);
+  if (const int unnamed = open_unnamed(path); unnamed >= 0) return NewFile(std::move(path), {}, unnamed);
   fs::path part = path;
   part += fmt::format(".{}.part", ::getpid());
-  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  NewFile created(std::move(path), std::move(part), file);
-  if (file < 0) return created.failed("cannot be created");
-  return created;
+  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (file >= 0) return NewFile(std::move(path), std::move(part), file);
+  const fs::path& name = errno == EEXIST ? part : path;  // left by a program of the same number that was killed
+  return Error{ErrorCode::Io, fmt::format("{} cannot be created: {}", name.string(), std::strerror(errno))};
 }
 
 NewFile::NewFile(fs::path path, fs::path part, int file)
@@ -57,7 +66,7 @@ NewFile::NewFile(NewFile&& other) noexcept
 NewFile::~NewFile() {
   if (file_ < 0) return;
   ::close(file_);
-  ::unlink(part_.c_str());
+  if (!part_.empty()) ::unlink(part_.c_str());
 }
 
 Status NewFile::append(std::string_view bytes) {
@@ -72,16 +81,24 @@ Status NewFile::append(std::string_view bytes) {
 
 Status NewFile::finish() {
   if (::fsync(file_) != 0 && errno != EINVAL && errno != EROFS) return failed("cannot be flushed to the disk");
-  if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) != 0) {
-    if (errno == EEXIST) return taken(path_);
-    // Some file systems cannot refuse to replace.
-    if (errno != EINVAL || is_taken(path_) || ::rename(part_.c_str(), path_.c_str()) != 0) {
-      return failed("cannot be given its name");
-    }
-  }
+  if (give_name() != 0) return errno == EEXIST ? taken(path_) : failed("cannot be given its name");
   ::close(std::exchange(file_, -1));
   sync_folder_of(path_);
   return {};
+}
+
+// Returns 0, or -1 with errno: EEXIST if the name exists by now.
+int NewFile::give_name() const {
+  if (part_.empty()) {
+    const std::string unnamed = fmt::format("/proc/self/fd/{}", file_);
+    return ::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW);
+  }
+  const int renamed = ::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE);
+  if (renamed == 0 || errno != EINVAL) return renamed;
+  // Some file systems cannot refuse to replace.
+  if (!is_taken(path_)) return ::rename(part_.c_str(), path_.c_str());
+  errno = EEXIST;
+  return -1;
 }
 
 Error NewFile::failed(std::string_view what) const {

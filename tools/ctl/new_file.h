@@ -7,8 +7,9 @@
 
 namespace mocap::ctl {
 
-/// A file that appears under its name only when it is complete, and never replaces an existing one. Until then it is a
-/// file NAME.PID.part in the same folder, which the destructor removes.
+/// A file that appears under its name only when it is complete, and never replaces an existing one. Until then it has
+/// no name, so that nothing is left of it if the program ends. On a file system without unnamed files (NFS, FAT) it is
+/// a file NAME.PID.part in the same folder, which the destructor removes.
 class NewFile {
  public:
   /// Fails with Io, and with InvalidArgument if the name exists; the message has the next free name.
@@ -27,9 +28,10 @@ class NewFile {
 
  private:
   NewFile(std::filesystem::path path, std::filesystem::path part, int file);
+  int give_name() const;
   Error failed(std::string_view what) const;
 
-  std::filesystem::path path_, part_;
+  std::filesystem::path path_, part_;  // part_: empty if the file has no name yet
   int file_ = -1;
 };
 

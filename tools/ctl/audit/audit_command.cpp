@@ -11,6 +11,7 @@
 #include "audit/audit_settings.h"
 #include "base/exit_codes.h"
 #include "ctl/audit/audit_log.h"
+#include "lib/cli/shown_text.h"
 #include "settings/state_folder.h"
 
 namespace mocap::ctl {
@@ -32,16 +33,10 @@ fs::path audit_file(const AuditOptions& options) {
   return (own.empty() ? fs::path(kServiceState) : own) / audit::AuditSettings{}.file;
 }
 
-// A value of the log may have any characters; a terminal gets no control character of it.
-std::string shown(const std::string& text) {
-  std::string clean;
-  for (const char c : text) clean += static_cast<unsigned char>(c) < 0x20U || c == 0x7F ? ' ' : c;
-  return clean;
-}
-
+// A value of the log may have any characters.
 void print_line(const AuditLine& line) {
-  fmt::print("{}  {:<12}  {}", shown(line.at), shown(line.what), shown(line.who));
-  for (const auto& [name, value] : line.parts) fmt::print("  {}={}", shown(name), shown(value));
+  fmt::print("{}  {:<12}  {}", cli::shown(line.at), cli::shown(line.what), cli::shown(line.who));
+  for (const auto& [name, value] : line.parts) fmt::print("  {}={}", cli::shown(name), cli::shown(value));
   fmt::print("\n");
 }
 

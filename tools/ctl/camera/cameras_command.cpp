@@ -19,6 +19,7 @@
 #include "cameras/camera_make.h"
 #include "cameras/open_camera.h"
 #include "ctl/camera/shot.h"
+#include "ctl/json_line.h"
 #include "detect/blob_detector.h"
 #include "settings/daemon_settings.h"
 
@@ -96,7 +97,7 @@ int run_list(const CamerasOptions& options) {
   }
   for (const std::string& each : *usb) list.push_back({{"usb", each}});
   if (options.json) {
-    fmt::print("{}\n", list.dump());
+    fmt::print("{}\n", json_line(list));
     return kExitOk;
   }
   fmt::print("{}", text.empty() ? "no camera answers; mocapctl doctor examines this machine\n" : text);
@@ -150,7 +151,7 @@ int run_describe(const CamerasOptions& options) {
                       {"range", each.range},
                       {"settable", each.settable}});
     }
-    fmt::print("{}\n", list.dump());
+    fmt::print("{}\n", json_line(list));
     return kExitOk;
   }
   std::string category;

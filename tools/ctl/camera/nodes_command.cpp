@@ -17,6 +17,7 @@
 #include "base/log.h"
 #include "cameras/node/node_settings.h"
 #include "ctl/camera/node_probe.h"
+#include "ctl/json_line.h"
 #include "settings/daemon_settings.h"
 #include "wire/discovery/announced_nodes.h"
 
@@ -160,7 +161,7 @@ void print_all(const std::vector<ListedNode>& nodes, const Result<std::vector<wi
   if (json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const ListedNode& node : nodes) list.push_back(json_of(node));
-    fmt::print("{}\n", list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    fmt::print("{}\n", json_line(list));
     return;
   }
   for (const ListedNode& node : nodes) print_node(node);

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,10 +14,14 @@
 #include "base/exit_codes.h"
 #include "ctl/new_file.h"
 #include "ctl/take/export_formats.h"
+#include "ctl/take/export_report.h"
+#include "ctl/take/take_failure.h"
+#include "export/clip/clip_builder.h"
 #include "export/clip/clip_from.h"
 #include "export/clip/edit_clip.h"
 #include "export/clip/rates.h"
 #include "lib/cli/status_line.h"
+#include "take/recordings/snapshot_reader.h"
 
 namespace mocap::ctl {
 namespace {
@@ -43,23 +46,23 @@ struct ExportOptions {
   bool progress = false;
 };
 
-int exit_of_export(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", error.message);
-  return error.code == ErrorCode::Io ? kExitUnavailable : kExitData;
-}
-
 Error wrong(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
 
-std::string_view name_of(Axes axes) { return axes == Axes::ZUp ? "z-up" : "y-up"; }
-
 Result<const ExportFormat*> format_of(const ExportOptions& options) {
-  std::string name = options.format;
-  if (name.empty() && !options.out.extension().empty()) name = options.out.extension().string().substr(1);
-  const ExportFormat* format = format_named(name);
+  std::string ending = options.out.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (ending == ".gltf") {
+    return wrong(fmt::format("--out is '{}', but mocapctl writes .glb, the binary form of glTF; expected {}",
+                             options.out.string(), fs::path(options.out).replace_extension(".glb").string()));
+  }
+  const bool given = !options.format.empty();
+  const ExportFormat* format = format_named(given ? options.format : ending.substr(ending.empty() ? 0 : 1));
   if (format != nullptr) return format;
   std::vector<std::string_view> names;
-  for (const ExportFormat& known : export_formats()) names.push_back(known.name);
-  return wrong(fmt::format("--format is '{}', expected one of {}", name, fmt::join(names, ", ")));
+  for (const ExportFormat& known : export_formats()) names.push_back(given ? known.name : known.extension);
+  if (given) return wrong(fmt::format("--format is '{}', expected one of {}", options.format, fmt::join(names, ", ")));
+  return wrong(fmt::format("--out is '{}' without --format, so its extension is expected to be one of {}",
+                           options.out.string(), fmt::join(names, ", ")));
 }
 
 template <class Choice>
@@ -70,8 +73,9 @@ Result<Choice> chosen_of(const std::optional<Choice>& wish, const std::vector<Ch
 }
 
 Result<exports::WriteOptions> write_options_of(const ExportOptions& options, const ExportFormat& format) {
-  const auto axes = chosen_of(options.axes, format.axes,
-                              fmt::format("--axes: {} files are always {}", format.name, name_of(format.axes.front())));
+  const auto axes =
+      chosen_of(options.axes, format.axes,
+                fmt::format("--axes: {} files are always {}", format.name, exports::name_of(format.axes.front())));
   if (!axes) return axes.error();
   const auto unit =
       chosen_of(options.unit, format.units,
@@ -80,7 +84,7 @@ Result<exports::WriteOptions> write_options_of(const ExportOptions& options, con
   return exports::WriteOptions{*axes, *unit, options.names};
 }
 
-Result<Clip> read_clip(const ExportOptions& options, exports::ClipReport& report) {
+Result<Clip> read_clip(const ExportOptions& options, ExportReport& report) {
   Result<std::unique_ptr<take::SnapshotReader>> recording = take::open_snapshots(options.take);
   if (!recording) return recording.error();
   exports::ClipBuilder builder(options.take.stem().string(), options.subjects);
@@ -94,7 +98,8 @@ Result<Clip> read_clip(const ExportOptions& options, exports::ClipReport& report
   }
   Result<Clip> clip = builder.build();
   if (!clip) return wrong(fmt::format("{}: {}", options.take.string(), clip.error().message));
-  report = builder.report();
+  report.recorded = builder.report();
+  report.faults = (*recording)->faults();
   return clip;
 }
 
@@ -117,54 +122,23 @@ Status check_subjects(const Clip& clip, const ExportFormat& format) {
                            format.most_subjects, fmt::join(names, ", ")));
 }
 
-void report_export(const ExportOptions& options, const Clip& clip, const exports::ClipReport& report,
-                   const exports::WriteOptions& written) {
-  std::size_t markers = 0, bones = 0;
-  std::vector<std::string> subjects;
-  for (const exports::ClipSubject& subject : clip.subjects) {
-    markers += subject.subject.marker_set.markers.size();
-    bones += subject.subject.marker_set.skeleton.bones.size();
-    subjects.push_back(subject.subject.name);
-  }
-  if (options.json) {
-    const nlohmann::ordered_json all{{"file", options.out.string()},
-                                     {"frames", clip.frames},
-                                     {"first_frame", clip.first_frame},
-                                     {"rate_hz", clip.rate.hz()},
-                                     {"rate", {clip.rate.numerator, clip.rate.denominator}},
-                                     {"subjects", subjects},
-                                     {"markers", markers},
-                                     {"bones", bones},
-                                     {"axes", name_of(written.axes)},
-                                     {"unit", exports::name_of(written.unit)},
-                                     {"recorded_snapshots", report.snapshots},
-                                     {"recorded_missing_frames", report.missing},
-                                     {"recorded_repeated_snapshots", report.repeated}};
-    fmt::print("{}\n", all.dump());
-    return;
-  }
-  fmt::print("{}: {} frames at {:.6g} Hz of {}; {} markers, {} bones; {}, {}\n", options.out.string(), clip.frames,
-             clip.rate.hz(), fmt::join(subjects, ", "), markers, bones, name_of(written.axes),
-             exports::name_of(written.unit));
-  if (report.missing > 0) {
-    fmt::print("{} of {} frames of the take were not recorded; they are empty\n", report.missing,
-               report.snapshots - report.repeated + report.missing);
-  }
-}
-
 Status export_take(const ExportOptions& options, const ExportFormat& format, const exports::WriteOptions& how) {
   Result<NewFile> file = NewFile::create(options.out);
   if (!file) return file.error();
-  exports::ClipReport report;
+  ExportReport report{.file = options.out, .format = &format, .options = how, .recorded = {}, .faults = {}};
   Result<Clip> recorded = read_clip(options, report);
   if (!recorded) return recorded.error();
   if (const Status fits = check_subjects(*recorded, format); !fits) return fits;
-  const Result<Clip> clip = edited(std::move(*recorded), options);
+  Result<Clip> clip = edited(std::move(*recorded), options);
   if (!clip) return clip.error();
+  if (clip->events.size() > format.most_marks) {
+    report.marks_left_out = clip->events.size() - format.most_marks;
+    clip->events.resize(format.most_marks);
+  }
   const auto append = [&](std::string_view bytes) { return file->append(bytes); };
   if (const Status written = format.write(*clip, how, append); !written) return written;
   if (const Status finished = file->finish(); !finished) return finished;
-  report_export(options, *clip, report, how);
+  options.json ? print_export_json(report, *clip) : print_export_text(report, *clip);
   return {};
 }
 
@@ -178,11 +152,12 @@ int run_export(ExportOptions options) {
   if (!format) return usage_error(format.error().message);
   const Result<exports::WriteOptions> how = write_options_of(options, **format);
   if (!how) return usage_error(how.error().message);
-  if (options.out.empty()) {
-    options.out = options.take.stem().string() + '.' + std::string((*format)->extension);
+  std::error_code ignored;
+  if (options.out.empty() || fs::is_directory(options.out, ignored)) {
+    options.out /= options.take.stem().string() + '.' + std::string((*format)->extension);
   }
   const Status done = export_take(options, **format, *how);
-  return done ? kExitOk : exit_of_export(done.error());
+  return done ? kExitOk : report_take_failure(done.error());
 }
 
 using Fault = std::optional<std::string>;
@@ -208,7 +183,9 @@ Fault read_rate(const std::string& text, std::optional<Rate>& rate) {
 }
 
 void add_selection(cli::App& command, ExportOptions& options, std::vector<std::string>& range) {
-  command.add_option("--subject", options.subjects, "only this subject; may be repeated")->type_name("NAME");
+  command.add_option("--subject", options.subjects, "only this subject; may be repeated")
+      ->one_value_each()
+      ->type_name("NAME");
   command
       .add_option("--range", range, "first and last: seconds (12.5), frames from 0 (1500f) or timecode (01:02:03:04)")
       ->expected(2)
@@ -269,7 +246,8 @@ int run_command(ExportCommandLine& line) {
 void add_export_command(cli::App& take, std::function<int()>& chosen) {
   const auto line = std::make_shared<ExportCommandLine>();
   ExportOptions& options = line->options;
-  cli::App* command = take.add_subcommand("export", "write a take as a file of another program");
+  cli::App* command =
+      take.add_subcommand("export", "write a take as a file of another program; c3d files have its marks, as events");
   command->examples(
       "  mocapctl take export walk-3.mcap --out walk.c3d\n"
       "  mocapctl take export walk-3.mcap --format trc --unit m --subject anna\n"
@@ -290,8 +268,8 @@ void add_export_command(cli::App& take, std::function<int()>& chosen) {
   command
       ->add_option(
           "--out", options.out,
-          "the file to write; an existing one is never replaced. default: TAKE with another extension, in this "
-          "folder")
+          "the file to write, or a folder for TAKE with another extension; an existing file is never replaced. "
+          "default: in this folder")
       ->type_name("FILE");
   add_selection(*command, options, line->range);
   add_conventions(*command, options);

@@ -53,15 +53,16 @@ Status write_binary(const Clip& clip, const WriteOptions& options, const Sink& s
 std::span<const ExportFormat> export_formats() {
   constexpr Axes z = Axes::ZUp, y = Axes::YUp;
   constexpr Unit m = Unit::Metre, cm = Unit::Centimetre, mm = Unit::Millimetre;
+  constexpr std::size_t all = kMaxSubjects, marks = exports::kMaxC3dEvents;
   // clang-format off
   static const std::array kFormats{
-      ExportFormat{"c3d", "c3d", "markers, events", {z, y}, {mm, m, cm}, kMaxSubjects, exports::write_c3d},
-      ExportFormat{"trc", "trc", "markers, for OpenSim", {y, z}, {mm, m, cm}, kMaxSubjects, exports::write_trc},
-      ExportFormat{"csv", "csv", "markers and bones", {z, y}, {m, mm, cm}, kMaxSubjects, exports::write_csv},
-      ExportFormat{"bvh", "bvh", "skeleton of one subject", {y}, {cm, m, mm}, 1, write_bvh},
-      ExportFormat{"gltf", "glb", "skeletons", {y}, {m}, kMaxSubjects, write_binary<exports::write_gltf>},
-      ExportFormat{"usd", "usda", "skeletons", {y}, {m}, kMaxSubjects, write_usd},
-      ExportFormat{"fbx", "fbx", "skeletons", {y}, {cm}, kMaxSubjects, write_binary<exports::write_fbx>},
+      ExportFormat{"c3d", "c3d", "markers, events", {z, y}, {mm, m, cm}, all, marks, exports::write_c3d},
+      ExportFormat{"trc", "trc", "markers, for OpenSim", {y, z}, {mm, m, cm}, all, 0, exports::write_trc},
+      ExportFormat{"csv", "csv", "markers and bones", {z, y}, {m, mm, cm}, all, 0, exports::write_csv},
+      ExportFormat{"bvh", "bvh", "skeleton of one subject", {y}, {cm, m, mm}, 1, 0, write_bvh},
+      ExportFormat{"gltf", "glb", "skeletons", {y}, {m}, all, 0, write_binary<exports::write_gltf>},
+      ExportFormat{"usd", "usda", "skeletons", {y}, {m}, all, 0, write_usd},
+      ExportFormat{"fbx", "fbx", "skeletons", {y}, {cm}, all, 0, write_binary<exports::write_fbx>},
   };
   // clang-format on
   return kFormats;

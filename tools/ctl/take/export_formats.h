@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,7 @@ struct ExportFormat {
   std::vector<exports::Axes> axes;   ///< what --axes may be; the first is the default
   std::vector<exports::Unit> units;  ///< what --unit may be; the first is the default
   std::size_t most_subjects;         ///< in one file
+  std::size_t most_marks;            ///< of the operator, in one file
   Status (*write)(const exports::Clip& clip, const exports::WriteOptions& options, const exports::Sink& sink);
 };
 

@@ -9,6 +9,7 @@
 
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "ctl/json_line.h"
 #include "ctl/take/stop_signals.h"
 #include "ctl/take/take_failure.h"
 #include "lib/cli/status_line.h"
@@ -29,7 +30,7 @@ void print_json(const JoinReport& report) {
     json["seams"].push_back(
         {{"at_s", to_s(seam.at - report.start)}, {"agrees", seam.agrees}, {"differing_labels", seam.differing_labels}});
   }
-  fmt::print("{}\n", json.dump());
+  fmt::print("{}\n", json_line(json));
 }
 
 void print_text(const JoinReport& report) {

@@ -13,6 +13,7 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "base/time.h"
+#include "ctl/json_line.h"
 #include "ctl/take/retrack_takes.h"
 #include "ctl/take/stop_signals.h"
 #include "ctl/take/take_failure.h"
@@ -57,7 +58,7 @@ void print_json(const RetrackReport& report, double spent_s) {
                               {"kept", report.kept}};
   json["first_difference"] = nullptr;
   if (report.first_difference) json["first_difference"] = *report.first_difference;
-  fmt::print("{}\n", json.dump());
+  fmt::print("{}\n", json_line(json));
 }
 
 void print_text(const RetrackReport& report, bool is_chunk, double spent_s) {
@@ -167,6 +168,7 @@ int run(const RetrackCommandLine& line) {
   several.options = options_of(line);
   several.resume = line.order.resume;
   several.json = line.json;
+  several.progress = line.progress;
   return retrack_takes(several);
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/exit_codes.h"
 #include "base/time.h"
+#include "ctl/json_line.h"
 #include "ctl/take/join_command.h"
 #include "ctl/take/stop_signals.h"
 #include "lib/cli/status_line.h"
@@ -77,7 +78,7 @@ class UnitLines {
       json["error"] = result.reason;
       json["exit_code"] = result.exit_code;
     }
-    fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    fmt::print("{}\n", json_line(json));
   }
 
   static void print_text(const farm::Unit& unit, const UnitResult& result) {
@@ -181,6 +182,7 @@ int watch_units(const RetrackTakes& order, const std::vector<farm::Unit>& units,
   const Timestamp started = host_now();
   farm::FarmWatch watch;
   watch.progress = [&](const FarmProgress& now) {
+    if (order.progress) return fmt::print(stderr, "progress {:.4f}\n", now.share);
     status.show(line_of(now, order.chunks > 0 ? "chunks" : "takes", to_s(host_now() - started)));
   };
   watch.ended = [&](const farm::Unit& unit, const UnitResult& result) { lines.print(unit, result); };

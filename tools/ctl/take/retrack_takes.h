@@ -19,6 +19,7 @@ struct RetrackTakes {
   bool dry_run = false;   ///< writes the files of the farm, and runs nothing
   bool resume = false;    ///< goes on with an earlier run
   bool json = false;
+  bool progress = false;  ///< print lines "progress SHARE" to standard error
 };
 
 /// Tracks the takes, shows the progress of all of them, and prints one line for each. Returns the exit code: that of

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/exit_codes.h"
+#include "ctl/json_line.h"
+#include "lib/cli/shown_text.h"
 #include "lib/takes/take_report.h"
 #include "take/take_edit.h"
 #include "take/take_reader.h"
@@ -39,7 +41,7 @@ int for_each_file(const TakeOptions& options, const std::function<int(const std:
   return code;
 }
 
-// A number or text of untrusted metadata; nothing if it is of another kind.
+// A number or text of untrusted metadata; nothing if it is of another kind. A text has no control characters.
 double number_in(const ordered_json& json, const char* key) {
   const auto found = json.find(key);
   return found != json.end() && found->is_number() ? found->get<double>() : 0.0;
@@ -47,7 +49,7 @@ double number_in(const ordered_json& json, const char* key) {
 
 std::string text_in(const ordered_json& json, const char* key) {
   const auto found = json.find(key);
-  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+  return found != json.end() && found->is_string() ? cli::shown(found->get<std::string>()) : std::string();
 }
 
 void print_markers(const ordered_json& subject) {
@@ -55,7 +57,7 @@ void print_markers(const ordered_json& subject) {
   if (markers == subject.end() || !markers->is_object()) return;
   for (const auto& [name, marker] : markers->items()) {
     if (!marker.is_object()) continue;
-    fmt::print("    {:20} seen {:5.1f} %  filled {:5.1f} %  lost {:5.1f} %  longest gap {:.2f} s\n", name,
+    fmt::print("    {:20} seen {:5.1f} %  filled {:5.1f} %  lost {:5.1f} %  longest gap {:.2f} s\n", cli::shown(name),
                number_in(marker, "seen"), number_in(marker, "filled"), number_in(marker, "lost"),
                number_in(marker, "longest_gap_s"));
   }
@@ -64,14 +66,15 @@ void print_markers(const ordered_json& subject) {
 void print_quality(const ordered_json& quality) {
   fmt::print("  quality: {}\n", text_in(quality, "quality"));
   for (const auto& reason : quality.value("reasons", ordered_json::array())) {
-    if (reason.is_string()) fmt::print("    {}\n", reason.get<std::string>());
+    if (reason.is_string()) fmt::print("    {}\n", cli::shown(reason.get<std::string>()));
   }
   fmt::print("  sets {:.0f}, lost {:.0f}; images lost {:.0f}; residual {:.2f} px; longest gap {:.2f} s\n",
              number_in(quality, "sets"), number_in(quality, "lost_sets"), number_in(quality, "lost_images"),
              number_in(quality, "residual_px"), number_in(quality, "longest_gap_s"));
   const ordered_json cameras = quality.value("cameras", ordered_json::object());
   for (const auto& [name, share] : cameras.items()) {
-    if (share.is_number()) fmt::print("  camera {:18} in {:5.1f} % of the sets\n", name, share.get<double>());
+    if (share.is_number())
+      fmt::print("  camera {:18} in {:5.1f} % of the sets\n", cli::shown(name), share.get<double>());
   }
   for (const auto& subject : quality.value("subjects", ordered_json::array())) {
     if (!subject.is_object()) continue;
@@ -92,14 +95,14 @@ void print_text(const take::TakeReader& reader) {
              seconds > 0.0 ? 1e-6 * bytes / seconds : 0.0);
   print_quality(quality);
   for (const auto& [topic, count] : reader.counts()) {
-    fmt::print("  {:24} {:8} messages {:8.1f} Hz\n", topic, count,
+    fmt::print("  {:24} {:8} messages {:8.1f} Hz\n", cli::shown(topic), count,
                seconds > 0.0 ? static_cast<double>(count) / seconds : 0.0);
   }
-  for (const std::string& file : reader.files()) fmt::print("  file {}\n", file);
+  for (const std::string& file : reader.files()) fmt::print("  file {}\n", cli::shown(file));
   for (const auto& [key, value] : take::encode(info).texts) {
-    if (!value.empty() && !key.starts_with("quality")) fmt::print("  {:18} {}\n", key, value);
+    if (!value.empty() && !key.starts_with("quality")) fmt::print("  {:18} {}\n", cli::shown(key), cli::shown(value));
   }
-  for (const auto& damage : reader.mcap().damages()) fmt::print("  damaged: {}\n", damage.what);
+  for (const auto& damage : reader.mcap().damages()) fmt::print("  damaged: {}\n", cli::shown(damage.what));
   if (reader.cut_off() && !reader.is_being_written()) {
     fmt::print("  write its index with: mocapctl take repair {}\n", reader.mcap().path());
   }
@@ -110,7 +113,7 @@ int run_show(const TakeOptions& options) {
     const auto reader = take::TakeReader::open(file);
     if (!reader) return fail(reader.error());
     if (options.json) {
-      fmt::print("{}\n", takes::json_of(*reader).dump());
+      fmt::print("{}\n", json_line(takes::json_of(*reader)));
     } else {
       print_text(*reader);
     }
@@ -125,12 +128,13 @@ int run_list(const TakeOptions& options) {
     if (!reader) {
       code = fail(reader.error());
     } else if (options.json) {
-      fmt::print("{}\n", takes::json_of(*reader).dump());
+      fmt::print("{}\n", json_line(takes::json_of(*reader)));
     } else {
       const take::TakeInfo& info = reader->info();
       fmt::print("{:32} {:10} {:9.2f} s {:9.1f} MB  {}  {} {}\n", file.string(), takes::state_of(*reader),
                  takes::seconds_of(*reader), 1e-6 * static_cast<double>(reader->mcap().file().size()),
-                 info.rating ? fmt::format("{}/{}", *info.rating, take::kMaxRating) : "-/5", info.slate, info.notes);
+                 info.rating ? fmt::format("{}/{}", *info.rating, take::kMaxRating) : "-/5", cli::shown(info.slate),
+                 cli::shown(info.notes));
     }
   }
   return code;
@@ -143,7 +147,7 @@ int run_verify(const TakeOptions& options) {
     if (options.json) {
       ordered_json json{{"file", file.string()}, {"valid", faults->empty()}, {"faults", ordered_json::array()}};
       for (const auto& fault : *faults) json["faults"].push_back(fault.what);
-      fmt::print("{}\n", json.dump());
+      fmt::print("{}\n", json_line(json));
     } else if (faults->empty()) {
       fmt::print("{}: valid\n", file.string());
     } else {
@@ -159,7 +163,7 @@ int run_repair(const TakeOptions& options) {
     if (!repair) return fail(repair.error());
     if (options.json) {
       ordered_json json{{"file", file.string()}, {"messages", repair->messages}, {"lost_bytes", repair->lost_bytes}};
-      fmt::print("{}\n", json.dump());
+      fmt::print("{}\n", json_line(json));
       return static_cast<int>(kExitOk);
     }
     fmt::print("{}: {} messages kept, {} damaged bytes left out, index written\n", file.string(), repair->messages,

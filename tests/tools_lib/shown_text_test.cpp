@@ -1,0 +1,23 @@
+#include "lib/cli/shown_text.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace mocap::cli {
+namespace shown_text_test {
+
+TEST(Shown, HasNoControlCharacters) {
+  EXPECT_EQ(shown("a\x1b[2Jb\nc\x7f"
+                  "d"),
+            "a [2Jb c d");
+  EXPECT_EQ(shown("a\u009b2Jb"), "a 2Jb");
+}
+
+TEST(Shown, KeepsOtherText) {
+  EXPECT_EQ(shown("J\u00fcrgen \u20ac \u00c2"), "J\u00fcrgen \u20ac \u00c2");
+  EXPECT_EQ(shown(""), "");
+}
+
+}  // namespace shown_text_test
+}  // namespace mocap::cli
