@@ -29,6 +29,11 @@ struct Ended {
   std::string out;
 };
 
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 Ended run(const std::string& arguments) {
   const std::string command = support::quoted(support::program_folder() + "/mocapctl") + " " + arguments + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
@@ -57,6 +62,17 @@ TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
   // direction, which does not distinguish left from right.
   const std::vector<std::vector<std::string>> asymmetric{{"LFRM", "RFRM"}};
   EXPECT_EQ(json["asymmetric"], asymmetric);
+
+  std::ofstream(folder.path() / "anna.subject.toml", std::ios::app) << "# my comment\n";
+  const std::string again = "subject import " + support::quoted(kC3d / "pycgm_static_38unlabelled_120.c3d") +
+                            " --name anna --static --out " + out + skeleton;
+  const Ended kept = run(again);
+  EXPECT_EQ(kept.exit, 65);
+  EXPECT_THAT(kept.out, HasSubstr("exists and is kept"));
+  EXPECT_THAT(text_of(folder.path() / "anna.subject.toml"), HasSubstr("# my comment"));
+  const Ended replaced = run(again + " --replace");
+  EXPECT_EQ(replaced.exit, 0) << replaced.out;
+  EXPECT_THAT(text_of(folder.path() / "anna.subject.toml"), ::testing::Not(HasSubstr("# my comment")));
 
   const Ended fitted = run("subject fit --c3d " + support::quoted(kC3d / "pycgm_movement_42unlabelled_120.c3d") +
                            " --rest " + support::quoted(kC3d / "pycgm_static_38unlabelled_120.c3d") + " --marker-set " +
@@ -108,7 +124,7 @@ TEST(Mocapctl, ReportsInvalidInput) {
   EXPECT_EQ(run("subject import x.c3d --name n --out y --by-motion --skeleton z").exit, 64);
   const Ended missing = run("subject import nothing.c3d --name n --out /tmp --skeleton " +
                             support::quoted(kConfig / "skeletons/human18.toml"));
-  EXPECT_EQ(missing.exit, 65);
+  EXPECT_EQ(missing.exit, 66);
   EXPECT_THAT(missing.out, HasSubstr("nothing.c3d: cannot be read"));
   const Ended no_subject = run("subject show " + support::quoted(kConfig / "markersets/rigid4.toml"));
   EXPECT_EQ(no_subject.exit, 78);
@@ -127,6 +143,19 @@ TEST(Mocapctl, DescribesOnlyCamerasOfAMakeThatHasFeatures) {
   EXPECT_THAT(unknown.out, HasSubstr("has no camera 'nowhere'"));
 }
 
+TEST(Mocapctl, AllowsNoClientWhoseNameIsNoWord) {
+  const support::TemporaryFolder folder;
+  const std::string key = support::quoted(folder.path() / "anna.key"), list = support::quoted(folder.path() / "list");
+  ASSERT_EQ(run("keys new " + key).exit, 0);
+
+  for (const char* name : {"'anna b'", "'#anna'", "''"}) {
+    const Ended refused = run("keys allow " + key + " --list " + list + " --name " + name);
+    EXPECT_EQ(refused.exit, 64) << name;
+    EXPECT_THAT(refused.out, HasSubstr("expected one word"));
+  }
+  EXPECT_EQ(run("keys allow " + key + " --list " + list + " --name anna").exit, 0);
+}
+
 TEST(Mocapctl, PrintsExamplesInTheHelp) {
   const Ended help = run("--help");
   EXPECT_EQ(help.exit, 0);
@@ -134,10 +163,6 @@ TEST(Mocapctl, PrintsExamplesInTheHelp) {
 }
 
 TEST(Mocapctl, DrawsTheShippedMarkerSetsAsTheirReadmeShowsThem) {
-  const auto text_of = [](const fs::path& file) {
-    std::ifstream in(file);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
   const std::string readme = text_of(kConfig / "markersets" / "README.md");
   std::size_t sets = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(kConfig / "markersets")) {
@@ -163,10 +188,16 @@ TEST(Mocapctl, DrawsEachMarkerWithItsLabelAndRefusesAnotherFile) {
   ASSERT_EQ(
       run("subject draw " + (kConfig / "markersets/baseline41.toml").string() + " --out " + picture.string()).exit, 0);
 
-  std::ifstream in(picture);
-  const std::string svg(std::istreambuf_iterator<char>(in), {});
+  const std::string svg = text_of(picture);
   for (const char* label : {">HeadTop<", ">LHeel<", ">RToeTip<", ">BackLeft<"}) EXPECT_THAT(svg, HasSubstr(label));
   EXPECT_EQ(run("subject draw " + (kConfig / "demo.toml").string()).exit, 78);
+  EXPECT_EQ(run("subject draw nothing.toml").exit, 66);
+  EXPECT_EQ(run("subject show nothing.toml").exit, 66);
+  const Ended nowhere =
+      run("subject draw " + (kConfig / "markersets/baseline41.toml").string() + " --out /nowhere/set.svg");
+  EXPECT_EQ(nowhere.exit, 73);
+  EXPECT_THAT(nowhere.out, HasSubstr("/nowhere/set.svg"));
+  EXPECT_THAT(nowhere.out, HasSubstr("No such file or directory"));
 }
 
 }  // namespace mocapctl_test

@@ -96,7 +96,7 @@ int run_list(const KeysOptions& options) {
 // The list has one key a line, with its role and its name; '#' begins a comment.
 std::optional<std::string> read_client_name(const std::string& text, std::string& name) {
   if (text.empty() || text.find_first_of(" \t\r\n\f\v#") != std::string::npos) {
-    return fmt::format("--name is '{}', expected one word without white space and '#'", text);
+    return fmt::format("'{}', expected one word without white space and '#'", text);
   }
   name = text;
   return std::nullopt;

@@ -73,8 +73,9 @@ constexpr const char* kExamples = R"(examples:
       keys for a daemon that other machines reach; see mocapctl keys --help
 
 exit codes: 0 done, 64 wrong command line, 65 a recording that tells too little
-or cannot be read, 69 a file cannot be written or the daemon did not answer,
-77 not allowed to your role, 78 wrong marker set, skeleton or subject file)";
+or cannot be read, 66 no such file, 69 the daemon or a camera did not answer,
+73 a file cannot be written, 77 not allowed to your role, 78 wrong marker set,
+skeleton or subject file)";
 
 }  // namespace
 

@@ -5,17 +5,19 @@
 #include <array>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/exit_codes.h"
+#include "base/replace_file.h"
 #include "base/time.h"
+#include "ctl/json_line.h"
 #include "ctl/subject/labelled_takes.h"
 #include "ctl/subject/marker_set_drawing.h"
 #include "ctl/subject/subject_report.h"
+#include "ctl/take/take_failure.h"
 #include "identify/asymmetry.h"
 #include "lib/functional/motion_import.h"
 #include "scene/import_marker_set.h"
@@ -82,9 +84,31 @@ std::optional<bodyfit::FittedSubject> fit_body(const MarkerSet& set, const bodyf
   return *fitted;
 }
 
-int exit_of(const Error& error) {
-  say("{}", error.message);
-  return error.code == ErrorCode::Io ? kExitUnavailable : kExitData;
+// Exit code for a file that cannot be loaded.
+int exit_of_file(const fs::path& file) {
+  std::error_code ignored;
+  return fs::exists(file, ignored) ? kExitConfig : kExitNoInput;
+}
+
+// The files of an import, in the folder --out.
+struct ImportFiles {
+  fs::path skeleton, marker_set, subject;  // skeleton: empty if it is not written
+};
+
+ImportFiles import_files(const SubjectOptions& options, bool by_motion) {
+  const auto file = [&](const char* ending) { return options.out / (options.name + ending); };
+  return {by_motion ? file(".skeleton.toml") : fs::path(), file(".markers.toml"), file(".subject.toml")};
+}
+
+// Fails with InvalidArgument if one of the files exists.
+Status check_absent(const ImportFiles& files) {
+  for (const fs::path& file : {files.skeleton, files.marker_set, files.subject}) {
+    std::error_code ignored;
+    if (file.empty() || !fs::exists(fs::symlink_status(file, ignored))) continue;
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("{} exists and is kept; expected another --name or --out, or --replace", file.string())};
+  }
+  return {};
 }
 
 // Reports an import. `imported_set`: the marker set that was written next to the subject file `out`.
@@ -105,7 +129,7 @@ void report_import(const SubjectOptions& options, const functional::MotionImport
     if (!import.joints.empty()) all["joints"] = json_of(import.joints);
     all["marker_set_file"] = subject.marker_set_file.string();
     all["subject_file"] = out.string();
-    fmt::print("{}\n", all.dump(2));
+    fmt::print("{}\n", json_line(all, 2));
   } else {
     print(subject);
     print(import.joints);
@@ -135,7 +159,7 @@ Result<Import> import_by_labels(const SubjectOptions& options, const scene::C3d&
   return Import{{.imported = *std::move(imported)}, file.path};
 }
 
-// Imports by the motion of the markers, and writes the skeleton that it finds.
+// Imports by the motion of the markers, with a skeleton of its own.
 Result<Import> import_by_motion(const SubjectOptions& options, const scene::C3d& c3d) {
   say("bones and joints are found in the motion: the labels follow no convention, or --by-motion is given");
   auto found = functional::import_by_motion(c3d, options.name);
@@ -143,12 +167,18 @@ Result<Import> import_by_motion(const SubjectOptions& options, const scene::C3d&
   for (const std::string& label : found->left_out)
     say("marker '{}' is never seen together with the others; left out", label);
   warn_of_loose_joints(found->joints);
-  const fs::path file = options.out / (options.name + ".skeleton.toml");
-  std::error_code failed;
-  fs::create_directories(options.out, failed);
-  const Status saved = settings::save_skeleton(file, found->imported.marker_set.skeleton);
-  if (!saved) return saved.error();
-  return Import{*std::move(found), file};
+  return Import{*std::move(found), import_files(options, true).skeleton};
+}
+
+Status save_import(const ImportFiles& files, const MarkerSet& set, const fs::path& skeleton,
+                   const settings::SubjectFile& subject) {
+  std::error_code failed;  // the first file that cannot be written tells why
+  fs::create_directories(files.subject.parent_path(), failed);
+  if (!files.skeleton.empty()) {
+    if (const Status saved = settings::save_skeleton(files.skeleton, set.skeleton); !saved) return saved;
+  }
+  if (const Status saved = settings::save_marker_set(files.marker_set, set, skeleton); !saved) return saved;
+  return settings::save_subject(files.subject, subject);
 }
 
 void add_import(cli::App& subject, SubjectOptions& options) {
@@ -172,6 +202,7 @@ void add_import(cli::App& subject, SubjectOptions& options) {
                    "output folder of NAME.markers.toml, NAME.subject.toml and, by motion, NAME.skeleton.toml")
       ->required()
       ->type_name("DIR");
+  command->add_flag("--replace", options.replace, "replace these files if they exist");
   command->callback([&options] { options.run = run_import; });
   command->add_flag("--json", options.json, "print JSON");
   command->add_option("--date", options.date, "date in the file; default: now, UTC")->type_name("TEXT");
@@ -231,7 +262,7 @@ int run_import(const SubjectOptions& options) {
     return kExitUsage;
   }
   const auto c3d = read_c3d(options.file);
-  if (!c3d) return exit_of(c3d.error());
+  if (!c3d) return report_take_failure(c3d.error());
   const bool by_motion = options.by_motion || (options.skeleton.empty() && functional::has_own_labels(*c3d));
   if (by_motion && options.at_rest) {
     say("{}: the labels follow no convention (Plug-in Gait, Motive or Arena), and a static trial does not show where "
@@ -239,13 +270,18 @@ int run_import(const SubjectOptions& options) {
         options.file.string());
     return kExitData;
   }
+  const ImportFiles files = import_files(options, by_motion);
+  if (!options.replace) {
+    if (const Status absent = check_absent(files); !absent) return report_take_failure(absent.error());
+  }
   const auto import = by_motion ? import_by_motion(options, *c3d) : import_by_labels(options, *c3d);
   if (!import && import.error().code == ErrorCode::NotFound) {
     say("{}", import.error().message);
     return kExitConfig;
   }
   if (!import)
-    return exit_of({import.error().code, fmt::format("{}: {}", options.file.string(), import.error().message)});
+    return report_take_failure(
+        {import.error().code, fmt::format("{}: {}", options.file.string(), import.error().message)});
   const scene::ImportedMarkerSet& imported = import->found.imported;
   for (const std::string& label : imported.unknown) say("label '{}' is unknown; left out", label);
   for (const std::string& label : imported.twice) say("label '{}' occurs twice; the first is used", label);
@@ -253,19 +289,13 @@ int run_import(const SubjectOptions& options) {
   const bodyfit::LabelledTake take = scene::take_of(*c3d, imported.marker_set);
   const auto fitted = fit_body(imported.marker_set, options.at_rest ? take : bodyfit::LabelledTake{},
                                options.at_rest ? bodyfit::LabelledTake{} : take);
-  const MarkerSet imported_set =
-      fitted ? identify::with_asymmetries(imported.marker_set, *fitted) : imported.marker_set;
-  std::error_code failed;
-  fs::create_directories(options.out, failed);
-  const fs::path marker_set = options.out / (options.name + ".markers.toml");
-  const fs::path out = options.out / (options.name + ".subject.toml");
-  const Status set_saved = settings::save_marker_set(marker_set, imported_set, import->skeleton_file);
-  if (!set_saved) return exit_of(set_saved.error());
   if (!fitted) return kExitData;
-  const settings::SubjectFile subject = file_of(*fitted, options, marker_set);
-  const Status saved = settings::save_subject(out, subject);
-  if (!saved) return exit_of(saved.error());
-  report_import(options, import->found, imported_set, subject, out);
+  const MarkerSet imported_set = identify::with_asymmetries(imported.marker_set, *fitted);
+  const settings::SubjectFile subject = file_of(*fitted, options, files.marker_set);
+  if (const Status saved = save_import(files, imported_set, import->skeleton_file, subject); !saved) {
+    return report_take_failure(saved.error());
+  }
+  report_import(options, import->found, imported_set, subject, files.subject);
   return kExitOk;
 }
 
@@ -288,22 +318,22 @@ int run_fit(const SubjectOptions& options) {
   takes.at_rest.markers = takes.moving.markers = set->markers.size();
   if (!options.stream.empty()) {
     auto read = read_stream(options.stream, options.subject, *set, options.rest_s);
-    if (!read) return exit_of(read.error());
+    if (!read) return report_take_failure(read.error());
     takes = *std::move(read);
   }
   for (const auto& [path, take] : {std::pair{options.c3d, &takes.moving}, {options.rest, &takes.at_rest}}) {
     if (path.empty()) continue;
     const auto c3d = read_c3d(path);
-    if (!c3d) return exit_of(c3d.error());
+    if (!c3d) return report_take_failure(c3d.error());
     *take = scene::take_of(*c3d, *set);
   }
   const auto fitted = fit_body(*set, takes.at_rest, takes.moving);
   if (!fitted) return kExitData;
   const settings::SubjectFile subject = file_of(*fitted, options, set_file.path);
   const Status saved = settings::save_subject(options.out, subject);
-  if (!saved) return exit_of(saved.error());
+  if (!saved) return report_take_failure(saved.error());
   if (options.json) {
-    fmt::print("{}\n", json_of(subject).dump(2));
+    fmt::print("{}\n", json_line(json_of(subject), 2));
   } else {
     print(subject);
     fmt::print("\nwritten: {}\n", options.out.string());
@@ -315,10 +345,10 @@ int run_show(const SubjectOptions& options) {
   const auto subject = settings::load_subject(options.file);
   if (!subject) {
     fmt::print(stderr, "{}\n", settings::to_text(subject.error()));
-    return kExitConfig;
+    return exit_of_file(options.file);
   }
   if (options.json) {
-    fmt::print("{}\n", json_of(*subject).dump(2));
+    fmt::print("{}\n", json_line(json_of(*subject), 2));
   } else {
     print(*subject);
   }
@@ -332,7 +362,7 @@ int run_draw(const SubjectOptions& options) {
     auto subject = settings::load_subject(options.marker_set);
     if (!subject) {
       say("{}", set.error().message);
-      return kExitConfig;
+      return exit_of_file(options.marker_set);
     }
     set = std::move(subject->marker_set);
   }
@@ -341,13 +371,13 @@ int run_draw(const SubjectOptions& options) {
     fmt::print("{}", svg);
     return kExitOk;
   }
-  std::ofstream out(options.out);
-  out << svg;
-  if (!out.flush()) {
-    say("{}: cannot be written", options.out.string());
-    return kExitUnavailable;
+  std::error_code ignored;
+  if (fs::exists(options.out, ignored) && !fs::is_regular_file(options.out, ignored)) {
+    say("--out is '{}', expected a file", options.out.string());
+    return kExitCannotWrite;
   }
-  return kExitOk;
+  const Status saved = replace_file(options.out, svg);
+  return saved ? kExitOk : report_take_failure(saved.error());
 }
 
 void add_subject_command(cli::App& app, SubjectOptions& options) {
