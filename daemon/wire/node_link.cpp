@@ -32,8 +32,8 @@ constexpr std::int64_t kMostUptime_ns = std::int64_t{1} << 60;  // 36 years; sum
 
 NodeCameraState from_wire(v1::NodeEcho::CameraState state) {
   switch (state) {
-    case v1::NodeEcho::DELIVERING: return NodeCameraState::Delivering;
-    case v1::NodeEcho::ENDED: return NodeCameraState::Ended;
+    case v1::NodeEcho::CAMERA_STATE_DELIVERING: return NodeCameraState::Delivering;
+    case v1::NodeEcho::CAMERA_STATE_ENDED: return NodeCameraState::Ended;
     default: return NodeCameraState::NotYet;
   }
 }

@@ -38,11 +38,11 @@ std::string host_name() {
 
 v1::NodeEcho::CameraState to_wire(NodeCameraState state) {
   switch (state) {
-    case NodeCameraState::NotYet: return v1::NodeEcho::NOT_YET;
-    case NodeCameraState::Delivering: return v1::NodeEcho::DELIVERING;
-    case NodeCameraState::Ended: return v1::NodeEcho::ENDED;
+    case NodeCameraState::NotYet: return v1::NodeEcho::CAMERA_STATE_UNSPECIFIED;
+    case NodeCameraState::Delivering: return v1::NodeEcho::CAMERA_STATE_DELIVERING;
+    case NodeCameraState::Ended: return v1::NodeEcho::CAMERA_STATE_ENDED;
   }
-  return v1::NodeEcho::NOT_YET;
+  return v1::NodeEcho::CAMERA_STATE_UNSPECIFIED;
 }
 
 }  // namespace

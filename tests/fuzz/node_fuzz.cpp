@@ -64,7 +64,7 @@ class Messages {
     echo.set_session(session);
     echo.set_width_px(64);
     echo.set_height_px(48);
-    echo.set_state(v1::NodeEcho::DELIVERING);
+    echo.set_state(v1::NodeEcho::CAMERA_STATE_DELIVERING);
     return message;
   }
 
