@@ -109,8 +109,7 @@ int main(int argc, char** argv) {
                                   a server with a certificate of your own authority
   mocap-relay --server nats://127.0.0.1 --topic snapshot --topic event
                                   whole snapshots and events, to a server on this machine without TLS
-exit codes: 0 something was forwarded or a signal came, 64 invalid command line, 69 nothing was forwarded in --seconds:
-no feed or no server)");
+exit codes: 0 forwarded, or ended by a signal, 64 invalid command line, 69 nothing was forwarded in --seconds)");
   add_options(app, options);
   if (const auto exit = app.parse(argc, argv)) return *exit;
   if (const std::string fault = complete(options); !fault.empty()) return app.fail(fault);

@@ -42,8 +42,7 @@ int main(int argc, char** argv) {
   mocap-rokoko tcp://10.0.0.7:5570 --subject anna --to 10.0.0.9 --rate 30
   mocap-rokoko --to 10.0.0.9 --to 10.0.0.10:14044  two receivers
   mocap-rokoko --lz4 --to 10.0.0.9                 compressed to a third, for several people or fingers
-exit codes: 0 something was sent or a signal came, 64 invalid command line, 69 the feed sent nothing in --seconds or a
-receiver's name is unknown)");
+exit codes: 0 sent, or ended by a signal, 64 invalid command line, 69 no data in --seconds or an unknown receiver)");
   app.add_option("--subject", scene.subject, "name of the only subject to send; default: all");
   app.add_flag("--lz4", lz4, "compress each packet as an LZ4 frame");
   add_send_options(app, send);

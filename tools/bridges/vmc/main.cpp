@@ -57,8 +57,7 @@ int main(int argc, char** argv) {
   mocap-vmc                                          the first subject of the daemon on this machine, to 127.0.0.1:39539
   mocap-vmc tcp://10.0.0.7:5570 --subject anna --to 10.0.0.9 --rate 90
   mocap-vmc --protocol vrchat --to 10.0.0.9          trackers 1 to 8 and the head, to port 9000
-exit codes: 0 something was sent or a signal came, 64 invalid command line, 69 the feed sent nothing in --seconds or a
-receiver's name is unknown)");
+exit codes: 0 sent, or ended by a signal, 64 invalid command line, 69 no data in --seconds or an unknown receiver)");
   app.add_option("--subject", options.subject, "name of the subject; default: the first");
   app.add_choice("--protocol", options.protocol, {{"vmc", Protocol::Vmc}, {"vrchat", Protocol::Vrchat}},
                  "vmc: port 39539; vrchat: /tracking/trackers, port 9000");
