@@ -180,6 +180,17 @@ TEST_F(BlobRecordingTest, RejectsImagesThatAreNotLaterThanTheOneBefore) {
   EXPECT_THAT(read.error().message, HasSubstr("camera 'north' that is not later than the one before"));
 }
 
+TEST_F(BlobRecordingTest, RejectsImagesLargerThanThoseOfACamera) {
+  for (const int width_px : {16384, 16385}) {
+    std::filesystem::remove(path());
+    auto writer = make_blob_writer(path(), {{"north", width_px, 1024}});
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE((*writer)->finish());
+
+    EXPECT_EQ(static_cast<bool>(read_blob_recording(path())), width_px == 16384) << width_px;
+  }
+}
+
 TEST_F(BlobRecordingTest, RequiresTheExtensionBlobs) {
   const auto writer = make_blob_writer(folder_.path() / "take.csv", kCameras);
 

@@ -7,14 +7,13 @@
 
 #include "base/read_file.h"
 #include "mocap/v1/blobs.pb.h"
+#include "model/image_bounds.h"
 #include "take/recordings/blob_format.h"
 #include "take/recordings/blob_recording.h"
 #include "wire/codec/blob_columns.h"
 
 namespace mocap::take {
 namespace {
-
-constexpr int kLargestSide_px = 65536;
 
 class Reader {
  public:
@@ -78,7 +77,7 @@ class Reader {
       return damaged(kBlobMagic.size(),
                      fmt::format("{} cameras, expected 1 to {}", header.cameras_size(), kMaxCameras));
     for (const auto& camera : header.cameras()) {
-      if (camera.name().empty() || camera.width_px() > kLargestSide_px || camera.height_px() > kLargestSide_px)
+      if (camera.name().empty() || camera.width_px() > kMaxImageSide_px || camera.height_px() > kMaxImageSide_px)
         return damaged(kBlobMagic.size(), "a camera without name, or with an image of impossible size");
       recording_.cameras.push_back(
           {camera.name(), static_cast<int>(camera.width_px()), static_cast<int>(camera.height_px())});
