@@ -155,6 +155,18 @@ TEST(FitLens, EstimatesTheLastTermOnlyIfBoardsDetermineIt) {
   EXPECT_THAT(inside->not_estimated, testing::Contains(HasSubstr("k3: boards reach only")));
 }
 
+TEST(FitLens, ALastTermOutOfReachDoesNotEndTheSelection) {
+  Lens lens = pinhole(1.0);
+  lens.distortion[2] = 3e-4;
+  lens.distortion[3] = -3e-4;
+
+  const auto fit = fit_lens(show(lens, {.boards = 40, .reach = 0.25}, 5), kWidth_px, kHeight_px, LensKind::Pinhole);
+
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_THAT(fit->not_estimated, testing::ElementsAre(HasSubstr("k3: boards reach only")));
+  EXPECT_TRUE(fit->estimated[6]) << "the tangential term is smaller than k3, and significant";
+}
+
 TEST(FitLens, ReportsLargerUncertaintyWhereNoBoardWasSeen) {
   const auto wide = fit_lens(show(pinhole(), {}, 6), kWidth_px, kHeight_px, LensKind::Pinhole);
   const auto inside = fit_lens(show(pinhole(), {.reach = 0.3}, 6), kWidth_px, kHeight_px, LensKind::Pinhole);

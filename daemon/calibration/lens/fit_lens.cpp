@@ -219,6 +219,7 @@ class LensFitter {
         const bool radial = candidates[i].columns.size() == 1;
         if (radial && radial_seen) continue;
         radial_seen = radial_seen || radial;
+        if (!is_in_reach(candidates[i])) continue;
         LensBundle trial = bundle_;
         LensResidual refitted = adjust_lens(trial, with_term(mask_, candidates[i]), kMaxIterations);
         const double gain = significance(refitted) / static_cast<double>(candidates[i].columns.size());
@@ -228,7 +229,7 @@ class LensFitter {
         best_bundle = std::move(trial);
         best_residue = std::move(refitted);
       }
-      if (best == candidates.size() || most < kSignificance || !is_in_reach(candidates[best])) break;
+      if (best == candidates.size() || most < kSignificance) break;
       mask_ = with_term(mask_, candidates[best]);
       bundle_ = std::move(best_bundle);
       residual_ = std::move(best_residue);
