@@ -82,9 +82,10 @@ struct RigCovariance {
 };
 
 /// Covariance of a rig at the solution: the inverse of the normal matrix with the wand poses eliminated (Schur
-/// complement), in the inner gauge in which the camera centres as a whole neither move nor rotate. `variance`: the
-/// variance factor that scales the squared sigma_px of the observations to their true values (chi squared over the
-/// degrees of freedom). Empty if the observations do not determine the rig, or if a camera has none.
+/// complement), in the inner gauge in which the camera centres as a whole neither move nor rotate; nor do the cameras
+/// about the line through the centres of two cameras. `variance`: the variance factor that scales the squared sigma_px
+/// of the observations to their true values (chi squared over the degrees of freedom). Empty if the observations do not
+/// determine the rig, or if a camera has none.
 ///
 /// Source: Triggs et al. (2000), section 9 (gauge freedom).
 RigCovariance rig_covariance(const Bundle& bundle, FreeIntrinsics free_intrinsics, double variance);

@@ -22,6 +22,11 @@ using WandPoseMatrix = Eigen::Matrix<double, kWandPoseDof, kWandPoseDof>;
 // rig. About 50 times the rounding error of a double. Chosen by hand; not yet measured.
 constexpr double kMinEigenvalue = 1e-14;
 
+// Weight of the rotations of the cameras in the gauge constraints, as a fraction of the squared size of the rig: so
+// small that it changes no figure of a rig whose camera centres fix the gauge, and far above rounding. It fixes the
+// rotation about the line through the centres of two cameras.
+constexpr double kGaugeWeightOfRotations = 1e-6;
+
 // Jacobian of all residuals: the camera parameters fill the first `camera_columns` columns, then 5 columns a wand pose.
 ceres::CRSMatrix jacobian_of(BundleProblem& problem, const Bundle& bundle, int camera_columns) {
   ceres::Problem::EvaluateOptions options;
@@ -100,18 +105,24 @@ Matrix6 world_jacobian_of_pose(const double* pose) {
   return jacobian;
 }
 
-// Six constraints on a change of the parameters, one a column: the camera centres as a whole neither move nor rotate.
+// Six constraints on a change of the parameters, one a column: the camera centres as a whole neither move nor rotate;
+// nor do the cameras about a line on which all centres are.
 MatrixXd gauge_constraints(const Rig& rig, const std::vector<Matrix6>& jacobians, int rows) {
   MatrixXd gauge = MatrixXd::Zero(rows, 6);
   Vector3d middle = Vector3d::Zero();
   for (const CameraModel& camera : rig) middle += camera.centre().v / static_cast<double>(rig.size());
+  double size_m2 = 0.0;
+  for (const CameraModel& camera : rig) size_m2 += (camera.centre().v - middle).squaredNorm();
   for (std::size_t c = 0; c < rig.size(); ++c) {
     const Eigen::Matrix<double, 3, 6> centre_jacobian = jacobians[c].topRows<3>();
+    const Eigen::Matrix<double, 3, 6> rotation_jacobian = jacobians[c].bottomRows<3>();
     const Vector3d arm = rig[c].centre().v - middle;
     const auto first = static_cast<Eigen::Index>(kPoseSize * c);
     gauge.block<6, 3>(first, 0) = centre_jacobian.transpose();
     for (int axis = 0; axis < 3; ++axis)
-      gauge.block<6, 1>(first, 3 + axis) = centre_jacobian.transpose() * Vector3d::Unit(axis).cross(arm);
+      gauge.block<6, 1>(first, 3 + axis) =
+          centre_jacobian.transpose() * Vector3d::Unit(axis).cross(arm) +
+          kGaugeWeightOfRotations * size_m2 * rotation_jacobian.transpose() * Vector3d::Unit(axis);
   }
   return gauge;
 }

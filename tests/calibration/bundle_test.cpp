@@ -106,6 +106,22 @@ TEST(RigCovariance, IsFreeOfMotionsOfTheWholeRig) {
   EXPECT_GT(eigen.eigenvalues()[6], 1e-9 * eigen.eigenvalues()[23]);
 }
 
+TEST(RigCovariance, TwoCamerasAreDeterminedUpToARotationAboutTheLineBetweenThem) {
+  const Bundle bundle = exact_bundle(2, 40);
+
+  const RigCovariance result = rig_covariance(bundle, FreeIntrinsics::None, 1.0);
+
+  ASSERT_EQ(result.covariance.rows(), 12);
+  const Vector3d line = (bundle.rig[1].centre().v - bundle.rig[0].centre().v).normalized();
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(12);
+  turn.segment<3>(3) = turn.segment<3>(9) = line;
+  EXPECT_LT(turn.dot(result.covariance * turn), 1e-9 * result.covariance.trace());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(result.covariance);
+  EXPECT_GT(eigen.eigenvalues()[6], 1e-9 * eigen.eigenvalues()[11]) << "six relative degrees of freedom";
+  ASSERT_EQ(result.cameras.size(), 2u);
+  EXPECT_LT(result.cameras[0].position_m, 0.01) << "0.1 px in 40 wand poses";
+}
+
 TEST(RigCovariance, IsEmptyForACameraWithoutObservations) {
   Bundle bundle = exact_bundle(3, 20);
   std::erase_if(bundle.observations, [](const Observation& observation) { return observation.camera == 2; });
