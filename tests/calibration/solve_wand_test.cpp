@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "geometry/rigid_fit.h"
 #include "lib/simworld/wand_world.h"
@@ -30,6 +32,20 @@ double predicted_error_m(const WandSolution& solution) {
   for (const CameraAccuracy& camera : solution.cameras)
     sum += camera.uncertainty.position_m * camera.uncertainty.position_m;
   return std::sqrt(sum / static_cast<double>(solution.cameras.size()));
+}
+
+// The images of the third camera are exposed one image later than their time stamps report.
+Take late_by_an_image(Take take) {
+  for (std::size_t i = 0; i + 1 < take.cameras[2].size(); ++i) take.cameras[2][i].spots = take.cameras[2][i + 1].spots;
+  return take;
+}
+
+void expect_late_by_a_60th_second(const WandError& error) {
+  EXPECT_EQ(error.fault, WandFault::NotSynchronous) << error.message;
+  const std::size_t at = error.message.find("'cam3': its images are about ");
+  ASSERT_NE(at, std::string::npos) << error.message;
+  EXPECT_NEAR(std::stod(error.message.substr(at + 29)), 16.7, 1.5) << error.message;
+  EXPECT_NE(error.message.find("ms later than"), std::string::npos) << error.message;
 }
 
 TEST(SolveWand, FindsTheCamerasWithinWhatTheNoiseAllows) {
@@ -175,19 +191,59 @@ TEST(SolveWand, MeasuresTheTimeOffsetOfACamera) {
   WandWorldSettings settings = small_world();
   settings.rate_hz = 60.0;
   WandWorld world(settings, kWand, 11);
-  Take take = world.take();
-  // The images of the third camera are exposed 16.7 ms later than their time stamps report.
-  for (std::size_t i = 0; i + 1 < take.cameras[2].size(); ++i) take.cameras[2][i].spots = take.cameras[2][i + 1].spots;
+
+  const auto solution = solve_wand(late_by_an_image(world.take()), world.truth(), kWand, {});
+
+  ASSERT_FALSE(solution);
+  expect_late_by_a_60th_second(solution.error());
+}
+
+TEST(SolveWand, MeasuresATimeOffsetInALongRecording) {
+  WandWorldSettings settings = small_world();
+  settings.rate_hz = 60.0;
+  settings.seconds = 120.0;
+  WandWorld world(settings, kWand, 16);
+  Take take = late_by_an_image(world.take());
+  // 3600 instants at 30 Hz: thinned out evenly, no two samples would be near enough for a velocity.
+  for (std::vector<Picture>& pictures : take.cameras) {
+    for (std::size_t i = 1; 2 * i < pictures.size(); ++i) pictures[i] = pictures[2 * i];
+    pictures.resize(pictures.size() / 2);
+  }
 
   const auto solution = solve_wand(take, world.truth(), kWand, {});
 
   ASSERT_FALSE(solution);
-  EXPECT_EQ(solution.error().fault, WandFault::NotSynchronous) << solution.error().message;
-  const std::string& message = solution.error().message;
-  const std::size_t at = message.find("'cam3': its images are about ");
-  ASSERT_NE(at, std::string::npos) << message;
-  EXPECT_NEAR(std::stod(message.substr(at + 29)), 16.7, 1.5) << message;
-  EXPECT_NE(message.find("ms later than"), std::string::npos) << message;
+  expect_late_by_a_60th_second(solution.error());
+}
+
+TEST(SolveWand, MeasuresATimeOffsetWithASymmetricWand) {
+  const Wand two{{0.0, 0.5}};
+  WandWorldSettings settings = small_world();
+  settings.rate_hz = 60.0;
+  WandWorld world(settings, two, 17);
+
+  const auto solution = solve_wand(late_by_an_image(world.take()), world.truth(), two, {});
+
+  ASSERT_FALSE(solution);
+  expect_late_by_a_60th_second(solution.error());
+}
+
+TEST(SolveWand, SaysWhetherTheSynchronisationWasChecked) {
+  WandWorldSettings settings = small_world();
+  settings.cameras = 3;
+  WandWorld three(settings, kWand, 18);
+  settings.cameras = 2;
+  WandWorld two(settings, kWand, 18);
+
+  const auto checked = solve_wand(three.take(), three.truth(), kWand, {});
+  const auto unchecked = solve_wand(two.take(), two.truth(), kWand, {});
+
+  ASSERT_TRUE(checked) << checked.error().message;
+  for (const CameraAccuracy& camera : checked->cameras) EXPECT_TRUE(camera.synchronisation_checked);
+  ASSERT_TRUE(unchecked) << unchecked.error().message;
+  for (const CameraAccuracy& camera : unchecked->cameras) {
+    EXPECT_FALSE(camera.synchronisation_checked) << "no second camera triangulates the wand";
+  }
 }
 
 TEST(SolveWand, RefusesALensFileOfAnotherImageSize) {
@@ -210,6 +266,18 @@ TEST(SolveWand, IsCancelledByTheProgressCallback) {
   const auto solution = solve_wand(world.take(), world.truth(), kWand, {}, [](const char*, double) { return false; });
 
   EXPECT_FALSE(solution);
+}
+
+TEST(SolveWand, JudgesNothingAfterACancellation) {
+  WandWorldSettings settings = small_world();
+  settings.rate_hz = 60.0;
+  WandWorld world(settings, kWand, 11);
+  const auto until_adjusting = [](const char* step, double) { return std::string(step) != "adjusting"; };
+
+  const auto solution = solve_wand(late_by_an_image(world.take()), world.truth(), kWand, {}, until_adjusting);
+
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().message, kCancelled);
 }
 
 TEST(SolveWand, MeasuresTheResidualOfHeldOutSamples) {

@@ -1,7 +1,9 @@
 // The steps of solve_wand one by one, on a small simulated recording.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "calibration/wand/cross_validation.h"
 #include "calibration/wand/initial_extrinsics.h"
@@ -73,6 +75,22 @@ TEST_F(WandSteps, TriangulatedWandPosesExplainTheObservations) {
   for (const Observation& observation : bundle.observations)
     squares += bundle.residual_px(observation)->squaredNorm() / static_cast<double>(bundle.observations.size());
   EXPECT_LT(std::sqrt(squares / 2.0), 3.0 * kNoise_px);  // the wand poses are not adjusted yet
+}
+
+TEST_F(WandSteps, SamplesOfALongRecordingStayTogetherInBursts) {
+  const WandDetections detections = detect();
+  const std::vector<std::size_t> all = sample_instants(detections, {.max_samples = 1000});
+
+  const std::vector<std::size_t> samples = sample_instants(detections, {.max_samples = 105, .burst = 10});
+
+  ASSERT_EQ(samples.size(), 100u);
+  EXPECT_LT(samples.front(), all[all.size() / 10]);
+  EXPECT_GT(samples.back(), all[all.size() * 8 / 10]);
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    EXPECT_GT(samples[i], samples[i - 1]);
+    if (i % 10 == 0) continue;
+    EXPECT_EQ(std::ranges::find(all, samples[i]) - std::ranges::find(all, samples[i - 1]), 1) << i;
+  }
 }
 
 TEST_F(WandSteps, OutliersAreRemoved) {

@@ -57,6 +57,13 @@ std::vector<Stage> stages_of(const WandSettings& settings) {
           {FreeIntrinsics::All, 1.5, all, 25}};
 }
 
+WandPoseSettings pose_settings_of(const Stage& stage) {
+  return {.gate_px = stage.gate_px, .max_samples = stage.max_samples};
+}
+
+// Whether an offset that is too large would be seen.
+bool is_determined(const TimeOffset& offset) { return offset.sigma_s <= kMaxTimeOffset_s; }
+
 std::optional<WandError> check_time_offsets(const std::vector<TimeOffset>& offsets, const Rig& rig) {
   const auto worst = std::ranges::max_element(
       offsets, {}, [](const TimeOffset& offset) { return std::abs(offset.late_s) / std::max(1e-6, offset.sigma_s); });
@@ -71,30 +78,34 @@ std::optional<WandError> check_time_offsets(const std::vector<TimeOffset>& offse
 }
 
 // Refuses a camera whose initial pose was estimated from chance inliers: the other cameras do not confirm its views.
+// Its detections count at all instants that the stage tried, also where no wand pose could be triangulated. The camera
+// with the smallest fraction is named, because it spoils the wand poses of the others.
 std::optional<WandError> check_inlier_fractions(const WandDetections& detections, const Bundle& bundle,
-                                                const WandSettings& settings, double gate_px) {
+                                                const WandSettings& settings, const Stage& stage, double gate_px) {
   std::vector<std::size_t> inliers(bundle.rig.size(), 0);
   std::vector<std::size_t> detected(bundle.rig.size(), 0);
-  std::vector<int> instants(bundle.wand_poses.size(), -1);
-  for (const Observation& observation : bundle.observations) {
-    ++inliers[static_cast<std::size_t>(observation.camera)];
-    instants[static_cast<std::size_t>(observation.wand_pose)] = observation.instant;
+  for (const Observation& observation : bundle.observations) ++inliers[static_cast<std::size_t>(observation.camera)];
+  for (const std::size_t instant : sample_instants(detections, pose_settings_of(stage))) {
+    for (std::size_t c = 0; c < bundle.rig.size(); ++c)
+      detected[c] += detections.views[c][instant] ? bundle.wand.marks_m.size() : 0;
   }
-  for (const int instant : instants) {
-    for (std::size_t c = 0; c < bundle.rig.size() && instant >= 0; ++c)
-      detected[c] += detections.views[c][static_cast<std::size_t>(instant)] ? bundle.wand.marks_m.size() : 0;
-  }
+  // The few samples of a first stage may lack a camera that sees little; the last stage has all samples.
+  const bool has_all = stage.max_samples >= static_cast<std::size_t>(settings.max_samples);
+  std::vector<double> fractions;
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    if (static_cast<double>(inliers[c]) >= kMinCameraInlierFraction * static_cast<double>(detected[c])) continue;
-    if (auto mirrored = check_mirrored(detections, bundle.rig, c, bundle.wand, settings, gate_px)) return mirrored;
-    return WandError{
-        WandFault::NoOverlap,
-        fmt::format("camera '{}': only {} of {} wand markers that it detects are where the other cameras predict them; "
-                    "check its lens file and its synchronisation, and wave the wand in the common view of this and "
-                    "other cameras",
-                    bundle.rig[c].name, inliers[c], detected[c])};
+    const bool unjudged = detected[c] == 0 && !has_all;
+    fractions.push_back(
+        unjudged ? 1.0 : static_cast<double>(inliers[c]) / static_cast<double>(std::max<std::size_t>(1, detected[c])));
   }
-  return std::nullopt;
+  const auto c = static_cast<std::size_t>(std::ranges::min_element(fractions) - fractions.begin());
+  if (fractions[c] >= kMinCameraInlierFraction) return std::nullopt;
+  if (auto mirrored = check_mirrored(detections, bundle.rig, c, bundle.wand, settings, gate_px)) return mirrored;
+  return WandError{
+      WandFault::NoOverlap,
+      fmt::format("camera '{}': only {} of {} wand markers that it detects are where the other cameras predict them; "
+                  "check its lens file and its synchronisation, and wave the wand in the common view of this and "
+                  "other cameras",
+                  bundle.rig[c].name, inliers[c], detected[c])};
 }
 
 std::optional<WandError> check_markers(const Bundle& bundle) {
@@ -108,12 +119,18 @@ std::optional<WandError> check_markers(const Bundle& bundle) {
                   1e3 * measured[1], 1e3 * measured[2], 1e3 * nominal[1])};
 }
 
+WandError not_convergent() {
+  return {WandFault::NoSolution,
+          "the adjustment of cameras and wand does not converge; check the marker positions of the wand and the lens "
+          "files"};
+}
+
 // Triangulates the wand with the gate of the stage, then adjusts cameras and wand poses to the blobs inside the gate.
 // The last stage uses the squared loss and removes outliers instead.
 std::optional<WandError> run_stage(const WandDetections& detections, const Stage& stage, bool last,
                                    const WandSettings& settings, const std::function<bool(int)>& progress,
                                    Bundle& bundle) {
-  triangulate_wand_poses(detections, bundle, {.gate_px = stage.gate_px, .max_samples = stage.max_samples});
+  triangulate_wand_poses(detections, bundle, pose_settings_of(stage));
   if (bundle.wand_poses.size() < static_cast<std::size_t>(settings.min_samples)) {
     return WandError{WandFault::TooFewSamples,
                      fmt::format("only {} samples are consistent over two cameras or more, expected at least {}; wave "
@@ -129,13 +146,8 @@ std::optional<WandError> run_stage(const WandDetections& detections, const Stage
     remove_outliers(bundle);
     adjustment.loss_scale_sigmas = 0.0;
   }
-  if (!adjust_bundle(bundle, adjustment, progress)) {
-    return WandError{WandFault::NoSolution,
-                     "the adjustment of cameras and wand does not converge; check the marker positions of the wand and "
-                     "the lens files"};
-  }
-  if (last && remove_outliers(bundle) > 0 && !adjust_bundle(bundle, adjustment, progress))
-    return WandError{WandFault::NoSolution, kCancelled};
+  if (!adjust_bundle(bundle, adjustment, progress)) return not_convergent();
+  if (last && remove_outliers(bundle) > 0 && !adjust_bundle(bundle, adjustment, progress)) return not_convergent();
   return std::nullopt;
 }
 
@@ -143,7 +155,11 @@ std::optional<WandError> run_stage(const WandDetections& detections, const Stage
 
 Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& start, const Wand& wand,
                                            const WandSettings& settings, const Progress& progress) {
-  const auto report = [&](const char* step, double fraction) { return !progress || progress(step, fraction); };
+  bool goes_on = true;
+  const auto report = [&](const char* step, double fraction) {
+    goes_on = goes_on && (!progress || progress(step, fraction));
+    return goes_on;
+  };
   const WandError cancelled{WandFault::NoSolution, kCancelled};
   if (!report("detecting the wand", 0.0)) return cancelled;
   auto detections = detect_wands(recording, start, wand, settings);
@@ -155,6 +171,7 @@ Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& sta
   Bundle bundle;
   bundle.wand = wand;
   bundle.rig = *std::move(rig);
+  std::vector<bool> synchronisation_checked(start.size(), false);
   const std::vector<Stage> stages = stages_of(settings);
   for (std::size_t s = 0; s < stages.size(); ++s) {
     const Stage& stage = stages[s];
@@ -163,15 +180,18 @@ Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& sta
       return report("adjusting", (static_cast<double>(s) + static_cast<double>(iteration) / stage.max_iterations) /
                                      static_cast<double>(stages.size()));
     };
-    if (auto error = run_stage(*detections, stage, last, settings, iterations, bundle)) return *error;
+    const auto failed = run_stage(*detections, stage, last, settings, iterations, bundle);
+    if (!goes_on) return cancelled;  // the checks below would judge a bundle that is not adjusted
+    if (failed) return *failed;
     // Before the gates are so narrow that they exclude the displaced views of fast markers.
     if (s + 1 == stages.size() / 2) {
       const auto offsets = estimate_time_offsets(*detections, bundle, 2.0 * stage.gate_px);
+      for (std::size_t c = 0; c < offsets.size(); ++c) synchronisation_checked[c] = is_determined(offsets[c]);
       if (auto error = check_time_offsets(offsets, bundle.rig)) return *error;
       if (auto error = check_markers(bundle)) return *error;
     }
     if (last || (s == 0 && settings.lens_known)) {
-      if (auto error = check_inlier_fractions(*detections, bundle, settings, epipolar_gate_px)) return *error;
+      if (auto error = check_inlier_fractions(*detections, bundle, settings, stage, epipolar_gate_px)) return *error;
     }
   }
   const std::vector<TimeOffset> offsets = estimate_time_offsets(*detections, bundle, stages.back().gate_px);
@@ -183,6 +203,7 @@ Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& sta
   for (std::size_t c = 0; c < offsets.size(); ++c) {
     solution.cameras[c].time_offset_s = offsets[c].late_s;
     solution.cameras[c].time_offset_sigma_s = offsets[c].sigma_s;
+    solution.cameras[c].synchronisation_checked = synchronisation_checked[c];
   }
   return solution;
 }

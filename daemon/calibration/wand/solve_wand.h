@@ -61,7 +61,8 @@ struct CameraAccuracy {
   double coverage = 0.0;    ///< fraction of the 8 x 8 image cells with an observation
   PoseUncertainty uncertainty;
   double time_offset_s = 0.0;  ///< positive: the camera exposes after the others
-  double time_offset_sigma_s = 0.0;
+  double time_offset_sigma_s = 0.0;      ///< infinite: the offset is unknown
+  bool synchronisation_checked = false;  ///< a time offset that is too large would have been seen
 };
 
 /// A rig in the frame of its first camera. The functions of floor/ move it into a world frame.
@@ -88,7 +89,7 @@ using Progress = std::function<bool(const char* step, double fraction)>;
 /// the wand in each image, estimates relative poses of pairs of cameras, joins them, and runs bundle adjustment in
 /// stages with decreasing gates. `start` gives names, image sizes and intrinsics; its poses are ignored.
 ///
-/// Deterministic. Allocates. Sources: see estimate_two_view_geometry and adjust_bundle.
+/// Deterministic with one thread; with more, the sums of Ceres differ in their rounding. Allocates. Sources: see estimate_two_view_geometry and adjust_bundle.
 Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& start, const Wand& wand,
                                            const WandSettings& settings, const Progress& progress = {});
 

@@ -20,6 +20,8 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 // Bounds of the number of samples. Chosen by hand; not yet measured.
 constexpr std::size_t kMaxSamples = 1500;
 constexpr std::size_t kMinSamples = 30;
+// Consecutive samples of a long recording: all but the first and the last of a burst have a velocity. Chosen by hand.
+constexpr std::size_t kBurst = 10;
 // The velocity of the wand is a central difference over at most this span: over a longer one the motion is not
 // straight. Chosen by hand; not yet measured.
 constexpr double kMaxSpan_s = 0.12;
@@ -56,8 +58,15 @@ std::optional<Vector2d> velocity_px_s(const WandDetections& detections, const Bu
   const double span_s = to_s(at(p + 1) - at(p - 1));
   if (!(span_s > 0.0) || span_s > kMaxSpan_s) return std::nullopt;
   const CameraModel& camera = bundle.rig[static_cast<std::size_t>(observation.camera)];
-  const auto before = geometry::project(camera, bundle.marker_position(bundle.wand_poses[p - 1], observation.marker));
-  const auto after = geometry::project(camera, bundle.marker_position(bundle.wand_poses[p + 1], observation.marker));
+  const int last = static_cast<int>(bundle.wand.marks_m.size()) - 1;
+  // The ends of a symmetric wand are in any order: the wand rotates by less than 90 degrees between two poses.
+  const auto project_at = [&](const WandPose& pose) {
+    const bool reversed = bundle.wand.is_symmetric() && pose.direction.dot(bundle.wand_poses[p].direction) < 0.0;
+    return geometry::project(camera,
+                             bundle.marker_position(pose, reversed ? last - observation.marker : observation.marker));
+  };
+  const auto before = project_at(bundle.wand_poses[p - 1]);
+  const auto after = project_at(bundle.wand_poses[p + 1]);
   if (!before || !after) return std::nullopt;
   return (after->v - before->v) / span_s;
 }
@@ -96,8 +105,9 @@ std::vector<TimeOffset> estimate_time_offsets(const WandDetections& detections, 
   std::vector<TimeOffset> offsets;
   Bundle others{bundle.rig, bundle.wand, {}, {}};
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    triangulate_wand_poses(detections, others,
-                           {.gate_px = gate_px, .max_samples = kMaxSamples, .excluded_camera = static_cast<int>(c)});
+    triangulate_wand_poses(
+        detections, others,
+        {.gate_px = gate_px, .max_samples = kMaxSamples, .burst = kBurst, .excluded_camera = static_cast<int>(c)});
     std::vector<int> instant_of(others.wand_poses.size(), 0);
     for (const Observation& observation : others.observations)
       instant_of[static_cast<std::size_t>(observation.wand_pose)] = observation.instant;

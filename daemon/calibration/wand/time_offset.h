@@ -10,7 +10,7 @@ namespace mocap::calibration {
 /// The part of a camera's exposure time that its time stamps do not report.
 struct TimeOffset {
   double late_s = 0.0;   ///< positive: the camera exposes after the other cameras
-  double sigma_s = 0.0;  ///< standard deviation; infinite if the motion of the wand does not determine the offset
+  double sigma_s = 0.0;  ///< standard deviation; infinite if the samples do not determine the offset
 };
 
 /// Estimates the time offset of each camera against the others, together with a correction of its pose.

@@ -182,18 +182,28 @@ double robust_sigma_px(const Bundle& bundle) {
 
 }  // namespace
 
+std::vector<std::size_t> sample_instants(const WandDetections& detections, const WandPoseSettings& settings) {
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < detections.instants.size(); ++i) {
+    int cameras = 0;
+    for (std::size_t c = 0; c < detections.views.size(); ++c)
+      cameras += detections.views[c][i] && static_cast<int>(c) != settings.excluded_camera ? 1 : 0;
+    if (cameras >= 2) usable.push_back(i);
+  }
+  if (usable.size() <= settings.max_samples) return usable;
+  const std::size_t burst = std::max<std::size_t>(1, std::min(settings.burst, settings.max_samples));
+  const std::size_t bursts = settings.max_samples / burst;
+  std::vector<std::size_t> samples;
+  for (std::size_t i = 0; i < bursts * burst; ++i)
+    samples.push_back(usable[i / burst * usable.size() / bursts + i % burst]);
+  return samples;
+}
+
 void triangulate_wand_poses(const WandDetections& detections, Bundle& bundle, const WandPoseSettings& settings) {
   bundle.wand_poses.clear();
   bundle.observations.clear();
-  std::vector<std::size_t> usable;  // instants at which two cameras detected the wand
-  for (std::size_t i = 0; i < detections.instants.size(); ++i) {
-    int cameras = 0;
-    for (std::size_t c = 0; c < detections.views.size(); ++c) cameras += detections.views[c][i] ? 1 : 0;
-    if (cameras >= 2) usable.push_back(i);
-  }
   WandTriangulator triangulator(detections, bundle, settings);
-  const std::size_t count = std::min(usable.size(), settings.max_samples);
-  for (std::size_t i = 0; i < count; ++i) triangulator.add(usable[i * usable.size() / count]);
+  for (const std::size_t instant : sample_instants(detections, settings)) triangulator.add(instant);
 }
 
 std::size_t remove_outliers(Bundle& bundle) {
