@@ -149,7 +149,7 @@ class BumpedCamera(unittest.TestCase):
         self.assertEqual([name for name, camera in named.items() if camera["bumped"]], [BUMPED])
         self.assertGreater(named[BUMPED]["rig_off_px"], 1.0)
         self.assertEqual(held.returncode, 69, held.stderr)
-        self.assertIn('if mocapd is running it holds the cameras: stop it, or set [record] blobs = "take.blobs"', held.stderr)
+        self.assertIn('if mocapd is running it holds the cameras: stop it, or record a take (mocapctl take start)', held.stderr)
         self.assertEqual(refined.returncode, 0, refined.stderr + refined.stdout)
         self.assertIn(f"camera {BUMPED}: was moved within the first", refined.stdout)
         self.assertRegex(refined.stdout, rf"camera {BUMPED}: was rotated by 0\.\d+ degrees")

@@ -22,8 +22,8 @@ using take::BlobRecording;
 using take::RecordedPicture;
 
 constexpr const char* kBusyHint =
-    "; if mocapd is running it holds the cameras: stop it, or set [record] blobs = \"take.blobs\" in its "
-    "configuration, let it record, and use --blobs take.blobs";
+    "; if mocapd is running it holds the cameras: stop it, or record a take (mocapctl take start) and calibrate with "
+    "[[camera]] of driver = \"replay\", file = \"take.mcap\"";
 
 /// Detects the blobs of one camera on the camera's thread and hands them to the main thread.
 class Collector {

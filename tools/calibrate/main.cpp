@@ -30,7 +30,8 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
 exit codes: 0 done, 64 wrong command line, 65 recording or images refused (nothing is written), 66 recording not found,
-69 a camera is missing or busy, 78 wrong configuration)";
+69 a camera is missing or busy, or a rig or report cannot be written, 70 a bug, 73 import or export cannot write,
+78 wrong configuration)";
 
 }  // namespace
 
