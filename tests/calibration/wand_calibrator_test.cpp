@@ -109,12 +109,17 @@ TEST(WandCalibrator, RefusesWhatIsNoWand) {
   for (const std::vector<double>& marks : {std::vector<double>{}, {0.0}, {0.1, 0.5}, {0.0, 0.5, 0.5}, {0.0, 11.0}}) {
     EXPECT_FALSE(wand_of(marks));
   }
+  EXPECT_TRUE(wand_of({0.0, 0.08}));
+  EXPECT_THAT(wand_of({0.0, 0.05}).error().message, HasSubstr("wand is 50 mm long, expected 80 to 10000 mm"));
 }
 
 TEST(ParseWand, ReadsPresetsAndPositions) {
   EXPECT_EQ(parse_wand("500")->marks_m, (std::vector<double>{0.0, 0.16, 0.5}));
   EXPECT_EQ(parse_wand("0,160,500")->marks_m, (std::vector<double>{0.0, 0.16, 0.5}));
   EXPECT_FALSE(parse_wand("0,x"));
+  EXPECT_THAT(parse_wand("0,16,50").error().message, HasSubstr("wand is 50 mm long"));
+  EXPECT_THAT(parse_wand("0,16,50").error().message, HasSubstr("are these centimetres?"));
+  EXPECT_THAT(parse_wand("0,10001").error().message, HasSubstr("wand is 10001 mm long, expected 80 to 10000 mm"));
 }
 
 TEST(WandRig, RefusesAnotherScaleThanThatOfTheRigBefore) {

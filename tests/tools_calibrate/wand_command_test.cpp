@@ -300,7 +300,7 @@ TEST_F(WandCommand, RefusesFilesThatAreNotRecordings) {
 }
 
 TEST_F(WandCommand, RefusesInvalidWands) {
-  for (const char* wand : {"600", "0,500,160", "0", "10,500", "0,a,500", "0,1,2,3", ""}) {
+  for (const char* wand : {"600", "0,500,160", "0", "10,500", "0,a,500", "0,1,2,3", "", "0,16,50"}) {
     const Outcome ran = run({"--blobs", "any.blobs", "--out", path("rig.toml"), "--wand", wand});
     EXPECT_EQ(ran.exit, kExitUsage) << wand;
   }

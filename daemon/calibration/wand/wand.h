@@ -10,6 +10,9 @@
 namespace mocap::calibration {
 
 inline constexpr std::size_t kMaxWandMarkers = 3;
+/// Bounds of the length of a wand. A shorter one is a wrong unit, or too short for cameras some metres away.
+inline constexpr double kShortestWand_m = 0.08;
+inline constexpr double kLongestWand_m = 10.0;
 
 /// A calibration wand: a rigid rod with two or three markers on a line.
 struct Wand {

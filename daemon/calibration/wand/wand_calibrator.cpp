@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <utility>
 
 #include "calibration/rig/approximate_lens.h"
 #include "calibration/rig/assess_rig.h"
+#include "calibration/wand/parse_wand.h"
 #include "calibration/wand/solve_wand.h"
 #include "calibration/wand/wand_rig.h"
 #include "model/calibration/calibrated_camera.h"
@@ -18,7 +17,6 @@ namespace {
 
 // Five minutes at 120 Hz. An image of a wand takes about 0.1 kB.
 constexpr std::size_t kMaxImages = 36000;
-constexpr double kLongestWand_m = 10.0;
 
 std::string missing_lenses(const Rig& rig) {
   std::string names;
@@ -44,19 +42,6 @@ CalibrationResult result_of(const WandSolution& solution, PlacedRig placed, cons
 }
 
 }  // namespace
-
-Result<Wand> wand_of(const std::vector<double>& marks_m) {
-  const bool ascending = std::ranges::adjacent_find(marks_m, std::greater_equal<>{}) == marks_m.end();
-  const bool finite = std::ranges::all_of(marks_m, [](double mark) { return std::isfinite(mark); });
-  if (!finite || marks_m.size() < 2 || marks_m.size() > kMaxWandMarkers || marks_m[0] != 0.0 || !ascending ||
-      marks_m.back() > kLongestWand_m) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("wand has {} markers, expected the positions of two or three from one end, ascending from "
-                             "0 to at most {} m",
-                             marks_m.size(), kLongestWand_m)};
-  }
-  return Wand{marks_m};
-}
 
 WandCalibrator::WandCalibrator(Rig rig, int threads) : known_(std::move(rig)), threads_(threads) {}
 

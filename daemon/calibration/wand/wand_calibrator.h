@@ -11,10 +11,6 @@
 
 namespace mocap::calibration {
 
-/// Checks the positions of the markers of a wand, m: two or three, ascending from 0, at most 10 m. Fails with
-/// InvalidArgument.
-Result<Wand> wand_of(const std::vector<double>& marks_m);
-
 /// Calibrates all cameras with a waved wand, image by image: WandProgress while the images are collected, then
 /// solve_wand. Keeps the images, at most 36000 of each camera.
 class WandCalibrator : public RigCalibrator {
