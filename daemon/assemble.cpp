@@ -26,6 +26,7 @@
 #include "label/body_labeller.h"
 #include "model/calibration/calibrated_camera.h"
 #include "settings/packed_files.h"
+#include "settings/rig/rig_file.h"
 #include "settings/same_settings.h"
 #include "settings/subject/shipped_marker_sets.h"
 #include "settings/subject/subject_keeper.h"
@@ -189,7 +190,8 @@ std::unique_ptr<RigCalibrator> make_calibrator(const settings::DaemonSettings& s
   constexpr int kSolverThreads = 1;
   if (is_replay(settings)) return nullptr;
   return std::make_unique<calibration::OrderCalibrator>(
-      std::make_unique<calibration::PluginCalibrator>(settings.rig, kSolverThreads),
+      std::make_unique<calibration::PluginCalibrator>(
+          calibration::RigBefore{settings.rig, settings::floor_is_guessed(settings.capture.rig_file)}, kSolverThreads),
       std::make_unique<calibration::FloorCalibrator>(settings.rig));
 }
 

@@ -9,12 +9,12 @@ namespace mocap::calibration {
 namespace {
 
 // The plug-in stays loaded until the program ends: OpenCV's libraries do not support unloading.
-Result<std::unique_ptr<RigCalibrator>> load_plugin(const Rig& rig, int threads) {
+Result<std::unique_ptr<RigCalibrator>> load_plugin(const RigBefore& known, int threads) {
   const std::filesystem::path file = install_folders().plugins / "mocap_calibration.so";
   void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const function = library != nullptr ? dlsym(library, "mocap_make_calibrator") : nullptr;
   if (function != nullptr) {
-    return std::unique_ptr<RigCalibrator>(reinterpret_cast<MakeCalibrator*>(function)(rig, threads));
+    return std::unique_ptr<RigCalibrator>(reinterpret_cast<MakeCalibrator*>(function)(known, threads));
   }
   const char* const why = dlerror();
   return Error{ErrorCode::Unsupported,
@@ -26,7 +26,7 @@ Result<std::unique_ptr<RigCalibrator>> load_plugin(const Rig& rig, int threads) 
 
 Status PluginCalibrator::start(const CalibrationOrder& order) {
   if (!loaded_) {
-    Result<std::unique_ptr<RigCalibrator>> loaded = load_plugin(rig_, threads_);
+    Result<std::unique_ptr<RigCalibrator>> loaded = load_plugin(known_, threads_);
     if (!loaded) return loaded.error();
     loaded_ = std::move(*loaded);
   }

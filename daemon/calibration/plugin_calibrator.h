@@ -4,21 +4,21 @@
 #include <memory>
 #include <utility>
 
-#include "model/camera_model.h"
+#include "calibration/wand/rig_before.h"
 #include "module/rig_calibrator.h"
 
 namespace mocap::calibration {
 
 /// The function `mocap_make_calibrator` of the plug-in mocap_calibration.so
 /// (daemon/calibration/plugin/wand_plugin.cpp). The plug-in and its user are built together.
-using MakeCalibrator = RigCalibrator*(const Rig& rig, int threads);
+using MakeCalibrator = RigCalibrator*(const RigBefore& known, int threads);
 
 /// A WandCalibrator in the plug-in mocap_calibration.so, which the first collection loads. The solver is a plug-in
 /// because it depends on OpenCV and Ceres, and most daemons never calibrate.
 class PluginCalibrator : public RigCalibrator {
  public:
-  /// `rig`: the cameras of the daemon. `threads`: of the solution.
-  PluginCalibrator(Rig rig, int threads) : rig_(std::move(rig)), threads_(threads) {}
+  /// `known`: the cameras of the daemon. `threads`: of the solution.
+  PluginCalibrator(RigBefore known, int threads) : known_(std::move(known)), threads_(threads) {}
 
   /// Fails also with Unsupported if the plug-in is not installed.
   Status start(const CalibrationOrder& order) override;
@@ -28,7 +28,7 @@ class PluginCalibrator : public RigCalibrator {
   CalibrationReport report() const override;
 
  private:
-  Rig rig_;
+  RigBefore known_;
   int threads_;
   std::unique_ptr<RigCalibrator> loaded_;  // null before the first collection
 };

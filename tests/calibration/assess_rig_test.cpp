@@ -121,9 +121,9 @@ TEST(AssessRig, ComputesTheFiguresOfEachCamera) {
     const CameraAccuracy& solved = world.solution.cameras[c];
     EXPECT_EQ(assessment.cameras[c].points, solved.points);
     EXPECT_NEAR(assessment.cameras[c].rms_px, solved.rms_px, 1e-9);
-    EXPECT_NEAR(assessment.cameras[c].heldout_px.value_or(0.0), solved.heldout_px, 1e-9);
-    EXPECT_NEAR(assessment.cameras[c].position_sigma_m, solved.uncertainty.position_m, 1e-9);
-    EXPECT_NEAR(assessment.cameras[c].rotation_sigma_rad, solved.uncertainty.rotation_rad, 1e-9);
+    EXPECT_NEAR(assessment.cameras[c].heldout_px.value(), solved.heldout_px.value(), 1e-9);
+    EXPECT_NEAR(assessment.cameras[c].position_sigma_m.value(), solved.uncertainty.value().position_m, 1e-9);
+    EXPECT_NEAR(assessment.cameras[c].rotation_sigma_rad.value(), solved.uncertainty.value().rotation_rad, 1e-9);
     EXPECT_LT(assessment.cameras[c].systematic_px, 0.05);  // a quarter of the noise: the lenses are correct
   }
   EXPECT_NEAR(assessment.wand->mean_m, world.solution.length_mean_m, 1e-12);
@@ -171,14 +171,14 @@ TEST(AssessRig, NamesTheSideOfAnImageWithoutPoints) {
   EXPECT_TRUE(has_issue(assessment, Grade::Good, "none right")) << assessment.issues.size();
 }
 
-TEST(AssessRig, AWrongWandLengthIsAScaleError) {
+TEST(AssessRig, AMeanLengthThatIsNotTheWandsIsReported) {
   const World world = solve(5);
   RigEvidence evidence = evidence_of(world.solution, std::nullopt);
   evidence.nominal_length_m *= 1.01;
 
   const RigAssessment assessment = assess_rig(evidence);
 
-  EXPECT_NEAR(*assessment.scale_error, 1.0 / 1.01 - 1.0, 1e-3);
+  EXPECT_NEAR(*assessment.wand_mismatch, 1.0 / 1.01 - 1.0, 1e-3);
   EXPECT_TRUE(has_issue(assessment, Grade::Poor, "measure the wand"));
 }
 
@@ -193,6 +193,51 @@ TEST(AssessRig, GradesCamerasBelowTheFloorAsPoor) {
 
   EXPECT_EQ(assessment.grade, Grade::Poor);
   EXPECT_TRUE(has_issue(assessment, Grade::Poor, "upside down"));
+}
+
+TEST(AssessRig, AnUndeterminedRigIsPoorAndHasNoUncertainty) {
+  const World world = solve(8);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  evidence.covariance.resize(0, 0);
+
+  const RigAssessment assessment = assess_rig(evidence);
+
+  EXPECT_TRUE(has_issue(assessment, Grade::Poor, "do not determine the rig"));
+  EXPECT_FALSE(assessment.cameras[0].position_sigma_m);
+  EXPECT_FALSE(assessment.cameras[0].rotation_sigma_rad);
+  EXPECT_FALSE(assessment.volume) << "the noise alone would give a small uncertainty";
+}
+
+TEST(AssessRig, ARigWithoutValidationIsAtBestFair) {
+  const World world = solve(8);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  std::erase_if(evidence.residuals, [](const ObservationResidual& residual) { return residual.held_out; });
+
+  const RigAssessment assessment = assess_rig(evidence);
+
+  EXPECT_TRUE(has_issue(assessment, Grade::Fair, "the rig is not validated"));
+  EXPECT_FALSE(assessment.heldout_px);
+}
+
+TEST(AssessRig, AVolumeThatNoTwoCamerasSeeIsPoor) {
+  const World world = solve(8);
+  RigEvidence evidence = evidence_of(world.solution, std::nullopt);
+  for (Eigen::Vector3d& point : evidence.points_m) point.z() += 100.0;
+
+  const RigAssessment assessment = assess_rig(evidence);
+
+  EXPECT_TRUE(has_issue(assessment, Grade::Poor, "no point of the volume can be triangulated"));
+}
+
+TEST(AssessRig, NamesACameraWhoseSynchronisationWasNotChecked) {
+  World world = solve(8);
+  world.solution.cameras[2].synchronisation_checked = false;
+
+  const RigAssessment assessment = assess_rig(evidence_of(world.solution, std::nullopt));
+
+  const std::string part = "the synchronisation of camera '" + world.truth[2].name + "' was not checked";
+  EXPECT_TRUE(has_issue(assessment, Grade::Fair, part));
+  EXPECT_FALSE(has_issue(assessment, Grade::Good, "of camera '" + world.truth[1].name + "' was not checked"));
 }
 
 TEST(AssessRig, FiguresDoNotDependOnTheWorldFrame) {

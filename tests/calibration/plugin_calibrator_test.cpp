@@ -17,7 +17,7 @@ TEST(PluginCalibrator, IsIdleBeforeTheFirstCollection) {
 TEST(PluginCalibrator, CollectsWithThePlugIn) {
   const Wand wand{{0.0, 0.5}};
   simworld::WandWorld world({.cameras = 3, .noise_px = 0.1, .seconds = 1.0, .rate_hz = 10.0, .body = false}, wand, 1);
-  PluginCalibrator calibrator(world.truth(), 1);
+  PluginCalibrator calibrator({world.truth()}, 1);
   CalibrationOrder order;
   order.wand_m = wand.marks_m;
 

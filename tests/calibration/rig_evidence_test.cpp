@@ -83,7 +83,7 @@ TEST(RigEvidence, IsInTheWorldOfTheFloor) {
 TEST(RigEvidence, HasTheFiguresOfTheSolution) {
   const RigEvidence evidence = evidence_of(tilted_solution(), the_room());
 
-  EXPECT_EQ(evidence.floor_rms_m, 0.002);
+  EXPECT_TRUE(evidence.floor_is_measured);
   EXPECT_EQ(evidence.nominal_length_m, 0.5);
   ASSERT_EQ(evidence.lengths_m.size(), 2U);
   for (const double length_m : evidence.lengths_m) EXPECT_NEAR(length_m, 0.5, 1e-6);
@@ -110,7 +110,7 @@ TEST(RigEvidence, HasTheCovarianceInTheAxesOfTheWorld) {
 TEST(RigEvidence, IsUprightWithoutAFloorIfTheCamerasHaveOneHeight) {
   const RigEvidence evidence = evidence_of(tilted_solution(), std::nullopt);
 
-  EXPECT_FALSE(evidence.floor_rms_m);
+  EXPECT_FALSE(evidence.floor_is_measured);
   Vector3d mean = Vector3d::Zero();
   for (const CameraModel& camera : evidence.rig) {
     EXPECT_NEAR(camera.centre().v.z(), 0.0, 1e-9) << "all cameras in one horizontal plane";

@@ -30,7 +30,7 @@ double position_error_m(const Rig& rig, const Rig& truth) {
 double predicted_error_m(const WandSolution& solution) {
   double sum = 0.0;
   for (const CameraAccuracy& camera : solution.cameras)
-    sum += camera.uncertainty.position_m * camera.uncertainty.position_m;
+    sum += camera.uncertainty.value().position_m * camera.uncertainty.value().position_m;
   return std::sqrt(sum / static_cast<double>(solution.cameras.size()));
 }
 
@@ -243,6 +243,7 @@ TEST(SolveWand, SaysWhetherTheSynchronisationWasChecked) {
   ASSERT_TRUE(unchecked) << unchecked.error().message;
   for (const CameraAccuracy& camera : unchecked->cameras) {
     EXPECT_FALSE(camera.synchronisation_checked) << "no second camera triangulates the wand";
+    EXPECT_TRUE(camera.uncertainty) << "the wand determines the pose of two cameras";
   }
 }
 
@@ -287,7 +288,8 @@ TEST(SolveWand, MeasuresTheResidualOfHeldOutSamples) {
 
   ASSERT_TRUE(solution) << solution.error().message;
   // With many samples both residuals are equal; the rms of one sample in ten has a standard deviation of 2 %.
-  EXPECT_NEAR(solution->heldout_px / solution->rms_px, 1.0, 0.1);
+  ASSERT_TRUE(solution->heldout_px);
+  EXPECT_NEAR(*solution->heldout_px / solution->rms_px, 1.0, 0.1);
   std::size_t held_out = 0;
   double squares = 0.0;
   for (const ObservationResidual& one : solution->residuals) {
@@ -296,7 +298,7 @@ TEST(SolveWand, MeasuresTheResidualOfHeldOutSamples) {
   }
   EXPECT_NEAR(static_cast<double>(held_out) / static_cast<double>(solution->bundle.observations.size()), 0.1, 0.02);
   EXPECT_EQ(solution->residuals.size(), solution->bundle.observations.size() + held_out);
-  EXPECT_NEAR(solution->heldout_px, std::sqrt(squares / (2.0 * static_cast<double>(held_out))), 1e-12);
+  EXPECT_NEAR(*solution->heldout_px, std::sqrt(squares / (2.0 * static_cast<double>(held_out))), 1e-12);
 }
 
 TEST(SolveWand, HeldOutSamplesRevealAnOverfittedLens) {
@@ -310,7 +312,7 @@ TEST(SolveWand, HeldOutSamplesRevealAnOverfittedLens) {
   const auto solution = solve_wand(world.take(), world.truth(), kWand, wanted);
 
   ASSERT_TRUE(solution) << solution.error().message;
-  EXPECT_GT(solution->heldout_px, 1.05 * solution->rms_px);
+  EXPECT_GT(solution->heldout_px.value_or(0.0), 1.05 * solution->rms_px);
 }
 
 }  // namespace solve_wand_test

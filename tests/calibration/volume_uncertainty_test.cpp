@@ -118,10 +118,11 @@ TEST(VolumeUncertainty, HasTheSigmaOfEachPointOfItsGrid) {
   ASSERT_FALSE(seen.empty());
   EXPECT_NEAR(volume->unseen_fraction, static_cast<double>(unseen) / static_cast<double>(unseen + seen.size()), 1e-12);
   // Neighbours of the quantile in the sorted list, whichever way the index is rounded.
-  EXPECT_GE(volume->median_m, seen[seen.size() / 2 - 1]);
-  EXPECT_LE(volume->median_m, seen[seen.size() / 2 + 1]);
-  EXPECT_GE(volume->p90_m, seen[seen.size() * 9 / 10 - 1]);
-  EXPECT_LE(volume->p90_m, seen[seen.size() * 9 / 10 + 1]);
+  ASSERT_TRUE(volume->median_m && volume->p90_m);
+  EXPECT_GE(*volume->median_m, seen[seen.size() / 2 - 1]);
+  EXPECT_LE(*volume->median_m, seen[seen.size() / 2 + 1]);
+  EXPECT_GE(*volume->p90_m, seen[seen.size() * 9 / 10 - 1]);
+  EXPECT_LE(*volume->p90_m, seen[seen.size() * 9 / 10 + 1]);
 }
 
 TEST(VolumeUncertainty, LeavesFarOutliersOutOfTheBox) {
@@ -158,7 +159,8 @@ TEST(VolumeUncertainty, IsUnseenWithoutCameras) {
 
   ASSERT_TRUE(volume);
   EXPECT_EQ(volume->unseen_fraction, 1.0);
-  EXPECT_EQ(volume->median_m, 0.0);
+  EXPECT_FALSE(volume->median_m);
+  EXPECT_FALSE(volume->p90_m);
 }
 
 }  // namespace volume_uncertainty_test

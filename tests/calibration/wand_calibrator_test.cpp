@@ -43,7 +43,7 @@ simworld::WandWorld waved(std::uint64_t seed) {
 
 TEST(WandCalibrator, FindsTheRigThatTheImagesWereMadeWith) {
   simworld::WandWorld world = waved(1);
-  WandCalibrator calibrator(world.truth(), 1);
+  WandCalibrator calibrator({world.truth()}, 1);
   ASSERT_TRUE(calibrator.start(wand_order()));
   EXPECT_EQ(calibrator.report().state, CalibrationState::Collecting);
 
@@ -71,7 +71,7 @@ TEST(WandCalibrator, BeginsWithoutAnyRigIfTheFieldOfViewIsKnown) {
     unknown[c].name = world.truth()[c].name;
     unknown[c].lens.fx_px = 0.0;
   }
-  WandCalibrator calibrator(unknown, 1);
+  WandCalibrator calibrator({unknown}, 1);
   const Status refused = calibrator.start(wand_order());
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("'" + unknown[0].name + "'"));
@@ -89,9 +89,39 @@ TEST(WandCalibrator, BeginsWithoutAnyRigIfTheFieldOfViewIsKnown) {
   EXPECT_EQ(solved.result->calibrated.rig[0].width_px, world.truth()[0].width_px);
 }
 
+TEST(WandCalibrator, AGuessedFloorStaysGuessed) {
+  simworld::WandWorld world = waved(5);
+  WandCalibrator calibrator({world.truth(), true}, 1);
+  ASSERT_TRUE(calibrator.start(wand_order()));
+
+  add_images(world.take(), world.truth(), calibrator);
+  calibrator.solve([](const char*, double) { return true; });
+
+  const CalibrationReport solved = calibrator.report();
+  ASSERT_EQ(solved.state, CalibrationState::Solved) << solved.message;
+  EXPECT_TRUE(solved.result->floor_is_guessed) << "the cameras stand as before, but no floor was ever measured";
+  EXPECT_EQ(std::get<std::string>(solved.result->calibrated.facts.at("floor")), "guessed");
+  EXPECT_THAT(solved.result->issues, testing::Contains(HasSubstr("the floor is not measured")));
+}
+
+TEST(WandCalibrator, ReplacesCalibratedLensesOnlyIfTheyAreToBeEstimatedAgain) {
+  simworld::WandWorld world = waved(6);
+  WandCalibrator calibrator({world.truth()}, 1);
+  CalibrationOrder order = wand_order();
+  order.fov_deg = 65.0;
+
+  const Status refused = calibrator.start(order);
+  order.refine_lens = true;
+
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("the lenses of '" + world.truth()[0].name + "', '"));
+  EXPECT_THAT(refused.error().message, HasSubstr("are calibrated and would be replaced"));
+  EXPECT_TRUE(calibrator.start(order));
+}
+
 TEST(WandCalibrator, ReportsWhyThereIsNoRig) {
   simworld::WandWorld world = waved(3);
-  WandCalibrator calibrator(world.truth(), 1);
+  WandCalibrator calibrator({world.truth()}, 1);
   ASSERT_TRUE(calibrator.start(wand_order()));
   calibrator.solve([](const char*, double) { return true; });
   EXPECT_EQ(calibrator.report().state, CalibrationState::Failed);

@@ -123,12 +123,25 @@ TEST_F(WandSteps, TheQualityOfATrueRigIsTheNoise) {
   validate_held_out(solution, FreeIntrinsics::None, 1);
 
   EXPECT_NEAR(solution.rms_px, kNoise_px, 0.03);
-  EXPECT_NEAR(solution.heldout_px, kNoise_px, 0.03);
+  EXPECT_NEAR(solution.heldout_px.value_or(0.0), kNoise_px, 0.03);
   EXPECT_NEAR(solution.length_mean_m, 0.5, 2e-4);
   const auto markers = triangulated_markers_m(bundle);
   ASSERT_EQ(markers.size(), 3u);
   EXPECT_NEAR(markers[1], 0.16, 5e-4);
   EXPECT_EQ(triangulated_lengths_m(bundle).size(), solution.samples);
+}
+
+TEST_F(WandSteps, FiguresThatTheObservationsDoNotDetermineAreUnknown) {
+  Bundle bundle = true_bundle();
+  triangulate_wand_poses(detect(), bundle, {.gate_px = 3.0, .max_samples = 4});
+  std::erase_if(bundle.observations, [](const Observation& observation) { return observation.camera == 3; });
+
+  WandSolution solution = assess_solution(bundle, FreeIntrinsics::None);
+  validate_held_out(solution, FreeIntrinsics::None, 1);
+
+  EXPECT_FALSE(solution.cameras[0].uncertainty) << "the fourth camera is anywhere";
+  EXPECT_FALSE(solution.heldout_px) << "one sample is held out";
+  EXPECT_FALSE(solution.cameras[0].heldout_px);
 }
 
 }  // namespace wand_steps_test

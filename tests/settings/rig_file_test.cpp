@@ -233,6 +233,14 @@ TEST_F(RigFile, KeepsItsMasksWhenItIsWritten) {
   }
 }
 
+TEST_F(RigFile, SaysWhetherItsFloorIsGuessed) {
+  EXPECT_TRUE(floor_is_guessed(write_with("adjusted = false", "floor = \"guessed\"")));
+  EXPECT_FALSE(floor_is_guessed(write_with("adjusted = false", "floor = \"frame\"")));
+  EXPECT_FALSE(floor_is_guessed(write_with("adjusted = false", "floor = 1")));
+  EXPECT_FALSE(floor_is_guessed(write(kFromPose2Sim)));
+  EXPECT_FALSE(floor_is_guessed(folder_.path() / "none.toml"));
+}
+
 TEST_F(RigFile, WithoutACameraIsAFault) {
   EXPECT_THAT(faults_of(write("[metadata]\nerror = 1.0\n")), HasSubstr("no camera in this rig"));
 }

@@ -52,7 +52,8 @@ TEST(Report, TheJsonHasTheDocumentedKeys) {
   EXPECT_LT(json["wand"]["min_mm"].get<double>(), json["wand"]["mean_mm"].get<double>());
   EXPECT_GT(json["wand"]["max_mm"].get<double>(), json["wand"]["mean_mm"].get<double>());
   EXPECT_GT(json["wand"]["std_mm"].get<double>(), 0.0);
-  EXPECT_LT(std::abs(json["scale_error"].get<double>()), 1e-3);
+  EXPECT_LT(std::abs(json["wand"]["mismatch"].get<double>()), 1e-3);
+  EXPECT_FALSE(json.contains("scale_error")) << "the wand is no evidence of the scale";
   EXPECT_TRUE(json["floor"].is_null());  // not measured
   EXPECT_THAT(json["grade"].get<std::string>(), ::testing::AnyOf("excellent", "good"));
   EXPECT_LT(json["position_error_mm"].get<double>(), 1.0);
@@ -68,6 +69,23 @@ TEST(Report, ThePageShowsEachCameraAndEscapesNames) {
   EXPECT_THAT(svg, HasSubstr("Uncertainty of a marker position"));
   EXPECT_THAT(svg, ::testing::Not(HasSubstr("nan")));
   EXPECT_THAT(svg, ::testing::Not(HasSubstr("inf")));
+}
+
+TEST(Report, UnknownFiguresAreNoZeros) {
+  calibration::RigEvidence evidence = solved().evidence;
+  evidence.covariance.resize(0, 0);
+  std::erase_if(evidence.residuals, [](const auto& residual) { return residual.held_out; });
+  const calibration::RigAssessment assessment = calibration::assess_rig(evidence);
+  const RigReport unknown{"hall", evidence, assessment};
+
+  const auto json = nlohmann::json::parse(report_json(unknown));
+
+  EXPECT_EQ(json["grade"], "poor");
+  EXPECT_TRUE(json["heldout_px"].is_null());
+  for (const auto& camera : json["cameras"]) EXPECT_TRUE(camera["position_sigma_mm"].is_null());
+  EXPECT_THAT(report_text(unknown), ::testing::ContainsRegex("cam1 .* % +- +-\n"));
+  EXPECT_THAT(report_text(unknown), HasSubstr("scale   from the wand's length, not checked"));
+  EXPECT_THAT(report_svg(unknown), HasSubstr("position and rotation not determined"));
 }
 
 TEST(Report, TheSuffixOfTheFileDecidesTheFormat) {

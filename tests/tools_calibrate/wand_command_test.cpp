@@ -90,7 +90,7 @@ TEST_F(WandCommand, WritesReportsBesideTheRig) {
   EXPECT_THAT(ran.output, HasSubstr("against the previous rig"));
   std::ifstream json(path("report.json"));
   const std::string text{std::istreambuf_iterator<char>(json), {}};
-  for (const char* key : {"\"cam5\"", "\"heldout_px\"", "\"coverage\"", "\"std_mm\"", "\"scale_error\"", "\"grade\""})
+  for (const char* key : {"\"cam5\"", "\"heldout_px\"", "\"coverage\"", "\"std_mm\"", "\"mismatch\"", "\"grade\""})
     EXPECT_THAT(text, HasSubstr(key));
   EXPECT_TRUE(std::filesystem::exists(path("report.svg")));
 }
@@ -106,6 +106,34 @@ TEST_F(WandCommand, EstimatesUnknownLensesAndAProvisionalFloor) {
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   for (const CameraModel& camera : *rig) EXPECT_GT(camera.centre().v.z(), 0.5) << "cameras are above the floor";
+}
+
+TEST_F(WandCommand, KeepsAProvisionalFloorProvisional) {
+  WandWorld world(small_world(), kWand, 26);
+  calibrate::testing::write_recording(path("take.blobs"), world.take(), world.truth());
+  ASSERT_TRUE(settings::save_rig(path("before.toml"), world.truth(), {{"floor", std::string("guessed")}}));
+
+  const Outcome ran = run({"--blobs", path("take.blobs"), "--rig", path("before.toml"), "--out", path("rig.toml")});
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("floor: provisional"));
+  EXPECT_TRUE(settings::floor_is_guessed(path("rig.toml")));
+}
+
+TEST_F(WandCommand, ReplacesCalibratedLensesOnlyOnRequest) {
+  WandWorld world(small_world(), kWand, 22);
+  calibrate::testing::write_recording(path("take.blobs"), world.take(), world.truth());
+  ASSERT_TRUE(settings::save_rig(path("rig.toml"), world.truth(), {}));
+  std::vector<std::string> arguments{"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")};
+
+  const Outcome refused = run(arguments);
+  arguments.push_back("--refine-lens");
+  const Outcome asked = run(arguments);
+
+  EXPECT_EQ(refused.exit, kExitUsage);
+  EXPECT_THAT(refused.output, HasSubstr("the lenses of 'cam1', 'cam2'"));
+  EXPECT_THAT(refused.output, HasSubstr("are calibrated and would be replaced"));
+  EXPECT_EQ(asked.exit, kExitOk) << asked.output;
 }
 
 TEST_F(WandCommand, WritesNothingInADryRun) {

@@ -25,7 +25,9 @@ Json or_null(const std::optional<double>& figure, double unit = 1.0) {
   return figure && std::isfinite(*figure) ? Json(unit * *figure) : Json(nullptr);
 }
 
-std::string px(const std::optional<double>& figure) { return figure ? fmt::format("{:.3f}", *figure) : "-"; }
+std::string figure_or_dash(const std::optional<double>& figure, int digits, double unit = 1.0) {
+  return figure ? fmt::format("{:.{}f}", unit * *figure, digits) : "-";
+}
 
 std::size_t widest_name(const auto& cameras) {
   std::size_t width = 6;
@@ -40,8 +42,8 @@ Json json_of(const CameraAssessment& camera) {
           {"heldout_points", camera.heldout_points},
           {"coverage", camera.coverage},
           {"pattern_px", camera.systematic_px},
-          {"position_sigma_mm", kMmPerM * camera.position_sigma_m},
-          {"rotation_sigma_deg", kDegreesPerRad * camera.rotation_sigma_rad}};
+          {"position_sigma_mm", or_null(camera.position_sigma_m, kMmPerM)},
+          {"rotation_sigma_deg", or_null(camera.rotation_sigma_rad, kDegreesPerRad)}};
 }
 
 Json json_of(const RigChange& change) {
@@ -67,8 +69,8 @@ Json json_of(const RigChange& change) {
 Json json_of(const calibration::VolumeUncertainty& volume) {
   return {{"from_m", {volume.from_m.x(), volume.from_m.y(), volume.from_m.z()}},
           {"to_m", {volume.to_m.x(), volume.to_m.y(), volume.to_m.z()}},
-          {"median_mm", kMmPerM * volume.median_m},
-          {"p90_mm", kMmPerM * volume.p90_m},
+          {"median_mm", or_null(volume.median_m, kMmPerM)},
+          {"p90_mm", or_null(volume.p90_m, kMmPerM)},
           {"unseen_share", volume.unseen_fraction}};
 }
 
@@ -77,11 +79,13 @@ std::string cameras_text(const RigAssessment& assessment) {
   std::string text = fmt::format("{:<{}}  {:>7} {:>8} {:>7} {:>8} {:>10} {:>11}\n", "camera", width, "rms px",
                                  "held out", "points", "coverage", "sigma mm", "sigma deg");
   for (const CameraAssessment& camera : assessment.cameras) {
-    text += fmt::format("{:<{}}  {:>7.3f} {:>8} {:>7} {:>6.0f} % {:>10.2f} {:>11.4f}\n", camera.name, width,
-                        camera.rms_px, px(camera.heldout_px), camera.points, 100.0 * camera.coverage,
-                        kMmPerM * camera.position_sigma_m, kDegreesPerRad * camera.rotation_sigma_rad);
+    text += fmt::format("{:<{}}  {:>7.3f} {:>8} {:>7} {:>6.0f} % {:>10} {:>11}\n", camera.name, width, camera.rms_px,
+                        figure_or_dash(camera.heldout_px, 3), camera.points, 100.0 * camera.coverage,
+                        figure_or_dash(camera.position_sigma_m, 2, kMmPerM),
+                        figure_or_dash(camera.rotation_sigma_rad, 4, kDegreesPerRad));
   }
-  return text + fmt::format("{:<{}}  {:>7.3f} {:>8}\n", "all", width, assessment.rms_px, px(assessment.heldout_px));
+  return text + fmt::format("{:<{}}  {:>7.3f} {:>8}\n", "all", width, assessment.rms_px,
+                            figure_or_dash(assessment.heldout_px, 3));
 }
 
 }  // namespace
@@ -118,17 +122,16 @@ std::string report_text(const RigReport& report) {
                         kMmPerM * wand.mean_m, kMmPerM * wand.std_m, kMmPerM * wand.min_m, kMmPerM * wand.max_m,
                         kMmPerM * wand.nominal_m, wand.samples);
   }
-  if (assessment.scale_error) text += fmt::format("scale   {:+.4f} %\n", 100.0 * *assessment.scale_error);
-  if (assessment.floor) {
-    text += fmt::format("floor   {:.2f} mm rms; the lowest camera is {:.2f} m above it\n",
-                        kMmPerM * assessment.floor->rms_m, assessment.floor->lowest_camera_m);
+  if (assessment.wand) text += "scale   from the wand's length, not checked\n";
+  if (assessment.lowest_camera_m) {
+    text += fmt::format("floor   where it was; the lowest camera is {:.2f} m above it\n", *assessment.lowest_camera_m);
   }
   if (assessment.volume) {
     const auto& volume = *assessment.volume;
     const Eigen::Vector3d size = volume.to_m - volume.from_m;
-    text +=
-        fmt::format("volume  {:.1f} x {:.1f} x {:.1f} m: uncertainty of markers {:.2f} mm (median), {:.2f} mm (90 %)\n",
-                    size.x(), size.y(), size.z(), kMmPerM * volume.median_m, kMmPerM * volume.p90_m);
+    text += fmt::format("volume  {:.1f} x {:.1f} x {:.1f} m: uncertainty of markers {} mm (median), {} mm (90 %)\n",
+                        size.x(), size.y(), size.z(), figure_or_dash(volume.median_m, 2, kMmPerM),
+                        figure_or_dash(volume.p90_m, 2, kMmPerM));
   }
   if (report.to_truth) text += "\nagainst the truth\n" + change_text(*report.to_truth);
   if (report.since_previous) text += "\nagainst the previous rig\n" + change_text(*report.since_previous);
@@ -152,16 +155,16 @@ std::string report_json(const RigReport& report) {
   json["wand"] = nullptr;
   if (assessment.wand) {
     const auto& wand = *assessment.wand;
-    json["wand"] = {{"told_mm", kMmPerM * wand.nominal_m}, {"mean_mm", kMmPerM * wand.mean_m},
-                    {"std_mm", kMmPerM * wand.std_m},      {"min_mm", kMmPerM * wand.min_m},
-                    {"max_mm", kMmPerM * wand.max_m},      {"samples", wand.samples}};
+    json["wand"] = {{"told_mm", kMmPerM * wand.nominal_m},
+                    {"mean_mm", kMmPerM * wand.mean_m},
+                    {"std_mm", kMmPerM * wand.std_m},
+                    {"min_mm", kMmPerM * wand.min_m},
+                    {"max_mm", kMmPerM * wand.max_m},
+                    {"samples", wand.samples},
+                    {"mismatch", or_null(assessment.wand_mismatch)}};
   }
-  json["scale_error"] = or_null(assessment.scale_error);
   json["floor"] = nullptr;
-  if (assessment.floor) {
-    json["floor"] = {{"rms_mm", kMmPerM * assessment.floor->rms_m},
-                     {"lowest_camera_mm", kMmPerM * assessment.floor->lowest_camera_m}};
-  }
+  if (assessment.lowest_camera_m) json["floor"] = {{"lowest_camera_mm", kMmPerM * *assessment.lowest_camera_m}};
   json["volume"] = assessment.volume ? json_of(*assessment.volume) : Json(nullptr);
   if (report.to_truth) {
     json["position_error_mm"] = kMmPerM * report.to_truth->position_m;

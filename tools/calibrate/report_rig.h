@@ -23,8 +23,8 @@ struct RigReport {
 std::string report_text(const RigReport& report);
 
 /// One JSON object. Keys: `cameras.<name>.{rms_px,heldout_px,points,coverage,...}`, `wand.{mean_mm,std_mm,min_mm,
-/// max_mm}`, `scale_error`, `floor`, `volume`, `grade`, `issues`, and against a truth `position_error_mm`,
-/// `rotation_error_deg`. Unknown figures are null.
+/// max_mm,mismatch}` (the last: mean over nominal length, minus 1; no evidence of the scale), `floor`, `volume`,
+/// `grade`, `issues`, and against a truth `position_error_mm`, `rotation_error_deg`. Unknown figures are null.
 std::string report_json(const RigReport& report);
 
 /// One page as SVG.

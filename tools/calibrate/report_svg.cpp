@@ -126,12 +126,10 @@ class Page {
       const auto& wand = *assessment_.wand;
       figure(x, "wand", fmt::format("{:.2f} ± {:.2f} mm", kMmPerMetre * wand.mean_m, kMmPerMetre * wand.std_m));
     }
-    if (assessment_.scale_error) figure(x, "scale error", fmt::format("{:+.3f} %", 100.0 * *assessment_.scale_error));
-    figure(x, "floor",
-           assessment_.floor ? fmt::format("{:.1f} mm rms", kMmPerMetre * assessment_.floor->rms_m)
-                             : std::string("not measured"));
-    if (assessment_.volume)
-      figure(x, "marker position, one sigma", fmt::format("{:.2f} mm", kMmPerMetre * assessment_.volume->median_m));
+    if (assessment_.wand) figure(x, "scale", "from the wand, not checked");
+    figure(x, "floor", assessment_.lowest_camera_m ? "where it was" : "not measured");
+    if (assessment_.volume && assessment_.volume->median_m)
+      figure(x, "marker position, one sigma", fmt::format("{:.2f} mm", kMmPerMetre * *assessment_.volume->median_m));
     if (report_.to_truth)
       figure(x, "cameras against truth", fmt::format("{:.2f} mm", kMmPerMetre * report_.to_truth->position_m));
     if (report_.since_previous)
@@ -232,8 +230,10 @@ class Page {
     body_ += words(x, under + 44.0, fmt::format("{} points, {:.0f} % covered", camera.points, 100.0 * camera.coverage),
                    "class='s'");
     body_ += words(x, under + 58.0,
-                   fmt::format("±{:.2f} mm, ±{:.4f}°", kMmPerMetre * camera.position_sigma_m,
-                               camera.rotation_sigma_rad * 57.29577951308232),
+                   camera.position_sigma_m && camera.rotation_sigma_rad
+                       ? fmt::format("±{:.2f} mm, ±{:.4f}°", kMmPerMetre * *camera.position_sigma_m,
+                                     *camera.rotation_sigma_rad * 57.29577951308232)
+                       : std::string("position and rotation not determined"),
                    "class='s'");
     return under + 64.0;
   }
@@ -257,7 +257,7 @@ class Page {
     const double top = y_ + 30.0;
     double bottom = top;
     if (assessment_.wand) bottom = std::max(bottom, histogram(kMargin_px, top, 300.0, 200.0));
-    if (assessment_.volume) {
+    if (assessment_.volume && assessment_.volume->median_m) {
       const double left = assessment_.wand ? 370.0 : kMargin_px;
       bottom = std::max(bottom, slices(left, top, kWide_px - kMargin_px - left));
     }
@@ -308,19 +308,20 @@ class Page {
     const double each = (width - kGap_px * (count - 1.0)) / count;
     const double cell = std::min(each / volume.columns, 200.0 / volume.rows);
     // Colour range about the median, so that small differences have similar colours.
-    const double low = 0.5 * volume.median_m;
-    const double high = 2.0 * volume.median_m;
+    const double low = 0.5 * *volume.median_m;
+    const double high = 2.0 * *volume.median_m;
     double bottom = y;
     for (std::size_t slice = 0; slice < volume.sigma_m.size(); ++slice) {
       const double left = x + static_cast<double>(slice) * (each + kGap_px);
       bottom = std::max(bottom, one_slice(volume, slice, left, y + 14.0, cell, low, high));
     }
     legend(x, bottom + 8.0, width, low, high);
-    body_ += words(x + 330.0, bottom + 17.0,
-                   fmt::format("x {:.1f} to {:.1f} m, y {:.1f} to {:.1f} m{}", volume.from_m.x(), volume.to_m.x(),
-                               volume.from_m.y(), volume.to_m.y(),
-                               assessment_.floor ? "" : "; floor not measured: origin at the mean of the cameras"),
-                   "class='s'");
+    body_ +=
+        words(x + 330.0, bottom + 17.0,
+              fmt::format("x {:.1f} to {:.1f} m, y {:.1f} to {:.1f} m{}", volume.from_m.x(), volume.to_m.x(),
+                          volume.from_m.y(), volume.to_m.y(),
+                          assessment_.lowest_camera_m ? "" : "; floor not measured: origin at the mean of the cameras"),
+              "class='s'");
     return bottom + 40.0;
   }
 

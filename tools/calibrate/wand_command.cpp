@@ -1,6 +1,8 @@
 #include "calibrate/wand_command.h"
 
 #include <algorithm>
+#include <optional>
+#include <string>
 
 #include "calibrate/report_rig.h"
 #include "calibrate/rig_output.h"
@@ -10,6 +12,7 @@
 #include "calibration/wand/wand_progress.h"
 #include "calibration/wand/wand_rig.h"
 #include "lib/rigcheck/recorded_spots.h"
+#include "model/calibration/calibrated_camera.h"
 #include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
@@ -69,10 +72,20 @@ class WandCoach {
     if (seconds < solve_at_s_) return;
     solve_at_s_ = seconds + kSolveEvery_s;
     const auto quick = calibration::solve_wand(so_far_, rig_, wand_, quick_settings_);
-    if (!quick) return;
-    double worst = 0.0;
-    for (const auto& camera : quick->cameras) worst = std::max(worst, camera.uncertainty.position_m);
-    accuracy_text_ = fmt::format("; so far {:.2f} px, camera positions to {:.1f} mm", quick->rms_px, 1e3 * worst);
+    if (!quick) {
+      accuracy_text_ = fmt::format("; no solution so far: {}", quick.error().message);
+      return;
+    }
+    std::optional<double> worst_m = 0.0;
+    for (const auto& camera : quick->cameras) {
+      if (!camera.uncertainty || !worst_m) {
+        worst_m.reset();
+      } else {
+        worst_m = std::max(*worst_m, camera.uncertainty->position_m);
+      }
+    }
+    accuracy_text_ = fmt::format("; so far {:.2f} px, camera positions {}", quick->rms_px,
+                                 worst_m ? fmt::format("to {:.1f} mm", 1e3 * *worst_m) : "not determined");
   }
 
   const WandOptions& options_;
@@ -97,6 +110,34 @@ std::optional<calibration::ApproximateLens> approximate_lens(const WandOptions& 
   return calibration::ApproximateLens{*options.fov_deg, options.fisheye ? LensKind::Fisheye : LensKind::Pinhole};
 }
 
+std::filesystem::path rig_to_write(const WandOptions& options, const GatheredBlobs& gathered) {
+  return !options.out.empty() ? options.out : gathered.rig_file;
+}
+
+// The reason to refuse --fov: the rig file that would be written has calibrated lenses.
+std::optional<Failure> replaced_lenses(const WandOptions& options, const GatheredBlobs& gathered) {
+  const std::filesystem::path file = rig_to_write(options, gathered);
+  if (!options.fov_deg || options.refine_lens || options.dry_run) return std::nullopt;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return std::nullopt;
+  const auto rig = settings::load_rig(file);
+  std::string names;
+  for (const CameraModel& camera : rig ? *rig : Rig{}) {
+    if (is_calibrated(camera)) names += (names.empty() ? "'" : ", '") + camera.name + "'";
+  }
+  if (names.empty()) return std::nullopt;
+  return Failure{kExitUsage,
+                 fmt::format("{}: the lenses of {} are calibrated and would be replaced; leave out --fov to keep them, "
+                             "write another file with --out, or add --refine-lens to replace them",
+                             file.string(), names)};
+}
+
+// The rig with the lenses with which the calibration starts.
+Result<Rig, Failure> rig_to_start_with(const WandOptions& options, const GatheredBlobs& gathered) {
+  if (auto refused = replaced_lenses(options, gathered)) return *std::move(refused);
+  return rig_with_lenses(gathered, lens_file(options, gathered), approximate_lens(options));
+}
+
 Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wand) {
   std::optional<WandCoach> coach;
   std::optional<Failure> failed;
@@ -105,7 +146,7 @@ Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wa
   auto gathered =
       gather_blobs(take, [&](const GatheredBlobs& so_far, const take::BlobRecording& since, double seconds) {
         if (!coach) {
-          auto rig = rig_with_lenses(so_far, lens_file(options, so_far), approximate_lens(options));
+          auto rig = rig_to_start_with(options, so_far);
           if (!rig) {
             failed = rig.error();
             return false;
@@ -121,7 +162,7 @@ Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wa
 // Writes the report to the terminal and to the files of --report.
 Status write_reports(const WandOptions& options, const WandSolution& solution, const PlacedRig& placed,
                      const Rig& before) {
-  const calibration::RigEvidence evidence = calibration::evidence_of(solution, placed.previous_world);
+  const calibration::RigEvidence evidence = calibration::evidence_of(solution, calibration::measured_world(placed));
   const calibration::RigAssessment assessment = calibration::assess_rig(evidence);
   RigReport report{.title = "wand", .evidence = evidence, .assessment = assessment};
   if (placed.previous_world) {
@@ -143,12 +184,12 @@ Status write_reports(const WandOptions& options, const WandSolution& solution, c
 }
 
 int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, const Wand& wand) {
-  const auto before = rig_with_lenses(gathered, lens_file(options, gathered), approximate_lens(options));
+  const auto before = rig_to_start_with(options, gathered);
   if (!before) {
     print_message("{}", before.error().message);
     return before.error().exit;
   }
-  const std::filesystem::path out = !options.out.empty() ? options.out : gathered.rig_file;
+  const std::filesystem::path out = rig_to_write(options, gathered);
   calibration::WandSettings settings;
   settings.lens_known = !options.fov_deg;
   settings.refine_lens = options.refine_lens;
@@ -168,13 +209,14 @@ int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, c
     print_message("{}", *refused);
     return kExitData;
   }
-  const PlacedRig placed = calibration::place_in_world(*solution, *before);
+  const PlacedRig placed =
+      calibration::place_in_world(*solution, {*before, settings::floor_is_guessed(lens_file(options, gathered))});
   if (const Status reported = write_reports(options, *solution, placed, *before); !reported) {
     print_message("{}", reported.error().message);
     return kExitUnavailable;
   }
   fmt::print("floor: {}\n",
-             placed.previous_world ? "where it was" : "provisional; measure it with mocap-calibrate floor");
+             placed.floor_is_guessed ? "provisional; measure it with mocap-calibrate floor" : "where it was");
   if (options.dry_run) {
     fmt::print("{}: unchanged (--dry-run)\n", out.string());
     return kExitOk;
@@ -204,7 +246,8 @@ void add_wand_command(cli::App& app, WandOptions& options) {
       ->check(cli::Range(5.0, 150.0))
       ->excludes(rig);
   wand->add_flag("--fisheye", options.fisheye, "with --fov: fisheye lenses (equidistant)");
-  wand->add_flag("--refine-lens", options.refine_lens, "estimate the lenses, too, although they are calibrated");
+  wand->add_flag("--refine-lens", options.refine_lens,
+                 "estimate the lenses, too, although they are calibrated; with --fov, replace them");
   wand->add_flag("--moved", options.moved, "accept cameras that are not as in the previous rig, or another scale");
   wand->add_option("--seconds", options.take.seconds,
                    "largest duration of live cameras; default 180; ends earlier when the recording is complete")

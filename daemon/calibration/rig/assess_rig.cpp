@@ -18,15 +18,14 @@ struct Limits {
   double good;
   double fair;
 };
-constexpr Limits kRms_px{0.25, 0.5, 1.0};         // the noise of the detector is about 0.1 px
-constexpr Limits kHeldOutRatio{1.15, 1.3, 2.0};   // held-out rms over rms; 1: the rig is well determined
-constexpr Limits kWandStd{0.002, 0.005, 0.01};    // standard deviation over the length
-constexpr Limits kScale{0.0005, 0.001, 0.005};    // relative: 1 mm in 2 m, in 1 m, in 20 cm
-constexpr Limits kSigma_m{0.0005, 0.001, 0.005};  // median over the volume
-constexpr Limits kFloor_m{0.002, 0.005, 0.015};   // rms residual of the markers on the floor
-constexpr Limits kSystematic{0.3, 0.6, 1.5};      // systematic residual over the rms of the camera
-constexpr double kMinSystematic_px = 0.03;        // a smaller systematic residual is no issue
-constexpr double kGoodCoverage = 0.3;             // fraction of the image cells
+constexpr Limits kRms_px{0.25, 0.5, 1.0};          // the noise of the detector is about 0.1 px
+constexpr Limits kHeldOutRatio{1.15, 1.3, 2.0};    // held-out rms over rms; 1: the rig is well determined
+constexpr Limits kWandStd{0.002, 0.005, 0.01};     // standard deviation over the length
+constexpr Limits kWandMean{0.0005, 0.001, 0.005};  // mean of the length against the nominal one, relative
+constexpr Limits kSigma_m{0.0005, 0.001, 0.005};   // median over the volume
+constexpr Limits kSystematic{0.3, 0.6, 1.5};       // systematic residual over the rms of the camera
+constexpr double kMinSystematic_px = 0.03;         // a smaller systematic residual is no issue
+constexpr double kGoodCoverage = 0.3;              // fraction of the image cells
 constexpr double kFairCoverage = 0.12;
 constexpr std::size_t kGoodPoints = 150;  // observations of a camera
 constexpr std::size_t kFairPoints = 40;
@@ -74,6 +73,7 @@ class RigAssessor {
     compute_camera_figures();
     assess_cameras();
     assess_determinacy();
+    assess_synchronisation();
     assess_wand();
     assess_floor();
     assess_volume();
@@ -194,8 +194,27 @@ class RigAssessor {
 
   void assess_determinacy() {
     if (evidence_.rig.size() < 2) add_issue(Grade::Poor, "fewer than two cameras: no marker can be triangulated");
-    if (!evidence_.residuals.empty() && evidence_.covariance.size() == 0) {
-      add_issue(Grade::Fair, "the uncertainty of the cameras is unknown: the samples do not determine the rig");
+    if (is_undetermined()) {
+      add_issue(
+          Grade::Poor,
+          "the uncertainty of the cameras is unknown: the samples do not determine the rig; wave the wand longer, "
+          "in all directions");
+    }
+    if (!evidence_.residuals.empty() && !assessment_.heldout_px) {
+      add_issue(Grade::Fair,
+                "the rig is not validated: there are too few held-out samples, or the adjustment without them does not "
+                "converge; wave the wand longer");
+    }
+  }
+
+  bool is_undetermined() const { return !evidence_.residuals.empty() && evidence_.covariance.size() == 0; }
+
+  void assess_synchronisation() {
+    for (const std::string& camera : evidence_.unsynchronised) {
+      add_issue(Grade::Fair,
+                fmt::format("the synchronisation of camera '{}' was not checked: that needs two other cameras that see "
+                            "the wand together with this one, a wand that moves fast, and 17 images a second or more",
+                            camera));
     }
   }
 
@@ -212,55 +231,54 @@ class RigAssessor {
     wand.min_m = *least;
     wand.max_m = *most;
     assessment_.wand = wand;
-    assessment_.scale_error = wand.mean_m / wand.nominal_m - 1.0;
+    assessment_.wand_mismatch = wand.mean_m / wand.nominal_m - 1.0;
     add_issue(
         grade_of(wand.std_m / wand.nominal_m, kWandStd),
         fmt::format("the triangulated length of the wand is {:.2f} mm +- {:.2f}, expected {:.1f} +- {:.1f} at most; "
                     "check that its "
                     "markers are round and that the cameras are synchronised",
                     1e3 * wand.mean_m, 1e3 * wand.std_m, 1e3 * wand.nominal_m, 1e3 * kWandStd.good * wand.nominal_m));
-    add_issue(grade_of(std::abs(*assessment_.scale_error), kScale),
-              fmt::format("the scale is wrong by {:+.2f} %, from the length of the wand; measure the wand and set its "
-                          "true marker positions with --wand",
-                          100.0 * *assessment_.scale_error));
+    add_issue(grade_of(std::abs(*assessment_.wand_mismatch), kWandMean),
+              fmt::format("the mean of the triangulated length is {:+.2f} % off the length of the wand, which the "
+                          "adjustment keeps; measure the wand and set its true marker positions with --wand",
+                          100.0 * *assessment_.wand_mismatch));
   }
 
   void assess_floor() {
-    if (!evidence_.floor_rms_m) {
+    if (!evidence_.floor_is_measured) {
       if (!evidence_.residuals.empty())
         add_issue(Grade::Good,
                   "the floor is not measured: put a floor frame or markers on the floor and run mocap-calibrate floor");
       return;
     }
-    FloorAssessment floor;
-    floor.rms_m = *evidence_.floor_rms_m;
-    floor.lowest_camera_m = std::numeric_limits<double>::infinity();
-    for (const CameraModel& camera : evidence_.rig) {
-      floor.lowest_camera_m = std::min(floor.lowest_camera_m, camera.centre().v.z());
-    }
-    assessment_.floor = floor;
-    if (floor.lowest_camera_m < 0.0) {
+    if (evidence_.rig.empty()) return;
+    double lowest_m = std::numeric_limits<double>::infinity();
+    for (const CameraModel& camera : evidence_.rig) lowest_m = std::min(lowest_m, camera.centre().v.z());
+    assessment_.lowest_camera_m = lowest_m;
+    if (lowest_m < 0.0) {
       add_issue(Grade::Poor, fmt::format("a camera is {:.0f} mm below the floor: the world is upside down or mirrored; "
                                          "measure the floor again (mocap-calibrate floor)",
-                                         -1e3 * floor.lowest_camera_m));
+                                         -1e3 * lowest_m));
     }
-    add_issue(
-        grade_of(floor.rms_m, kFloor_m),
-        fmt::format("the markers on the floor have a residual of {:.1f} mm, expected at most {:.0f}; check that the "
-                    "floor is flat and the size of the floor frame",
-                    1e3 * floor.rms_m, 1e3 * kFloor_m.good));
   }
 
   void assess_volume() {
+    if (is_undetermined()) return;  // the noise alone would give a small uncertainty
     assessment_.volume =
         volume_uncertainty(evidence_.points_m, evidence_.rig, evidence_.covariance, assessment_.rms_px);
     if (!assessment_.volume) return;
     const VolumeUncertainty& volume = *assessment_.volume;
+    if (!volume.median_m) {
+      add_issue(Grade::Poor,
+                "no point of the volume can be triangulated: fewer than two cameras see it, or their rays are nearly "
+                "parallel; turn the cameras to a common volume");
+      return;
+    }
     add_issue(
-        grade_of(volume.median_m, kSigma_m),
+        grade_of(*volume.median_m, kSigma_m),
         fmt::format("the median uncertainty of a marker position in the volume is {:.1f} mm, expected at most {:.0f}; "
                     "wave the wand longer, or move cameras nearer and to wider angles",
-                    1e3 * volume.median_m, 1e3 * kSigma_m.good));
+                    1e3 * *volume.median_m, 1e3 * kSigma_m.good));
     if (volume.unseen_fraction > kMaxUnseenFraction) {
       add_issue(Grade::Good, fmt::format("{:.0f} % of the volume is seen by fewer than two cameras",
                                          100.0 * volume.unseen_fraction));

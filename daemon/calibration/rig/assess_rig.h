@@ -36,8 +36,8 @@ struct CameraAssessment {
   /// Systematic residual: rms of the mean residuals of the image cells, less the part that noise explains. A wrong lens
   /// model gives a systematic residual.
   double systematic_px = 0.0;
-  double position_sigma_m = 0.0;
-  double rotation_sigma_rad = 0.0;
+  std::optional<double> position_sigma_m;  ///< nothing: the observations do not determine the rig
+  std::optional<double> rotation_sigma_rad;
   std::array<ImageCell, kImageCells * kImageCells> cells{};  ///< row by row
 };
 
@@ -50,11 +50,6 @@ struct WandAssessment {
   std::size_t samples = 0;
 };
 
-struct FloorAssessment {
-  double rms_m = 0.0;
-  double lowest_camera_m = 0.0;  ///< above the floor
-};
-
 struct RigAssessment {
   Grade grade = Grade::Excellent;
   std::vector<RigIssue> issues;  ///< the worst first
@@ -62,8 +57,10 @@ struct RigAssessment {
   double rms_px = 0.0;
   std::optional<double> heldout_px;
   std::optional<WandAssessment> wand;
-  std::optional<double> scale_error;  ///< mean of the triangulated length over the nominal length, minus 1
-  std::optional<FloorAssessment> floor;
+  /// Mean of the triangulated length of the wand over its nominal length, minus 1. No evidence of the scale, which the
+  /// adjustment takes from the nominal length: a wand of another length gives 0, too.
+  std::optional<double> wand_mismatch;
+  std::optional<double> lowest_camera_m;  ///< above the measured floor; nothing: no floor was measured
   std::optional<VolumeUncertainty> volume;
 };
 

@@ -42,7 +42,10 @@ RigEvidence evidence_of(const WandSolution& solution, const std::optional<Floor>
   evidence.residuals = solution.residuals;
   evidence.lengths_m = triangulated_lengths_m(bundle);
   evidence.nominal_length_m = bundle.wand.length_m();
-  if (floor) evidence.floor_rms_m = floor->rms_m;
+  evidence.floor_is_measured = floor.has_value();
+  for (std::size_t c = 0; c < solution.cameras.size(); ++c) {
+    if (!solution.cameras[c].synchronisation_checked) evidence.unsynchronised.push_back(bundle.rig[c].name);
+  }
   std::vector<bool> used(bundle.wand_poses.size(), false);
   for (const Observation& observation : bundle.observations)
     used[static_cast<std::size_t>(observation.wand_pose)] = true;

@@ -18,9 +18,9 @@ struct VolumeUncertainty {
   std::vector<double> heights_m;  ///< z of the horizontal slices
   /// By slice, row by row; infinite if fewer than two cameras see the point.
   std::vector<std::vector<double>> sigma_m;
-  double median_m = 0.0;         ///< over the points that two cameras or more see
-  double p90_m = 0.0;            ///< 90th percentile, of the same
-  double unseen_fraction = 0.0;  ///< of the grid points
+  std::optional<double> median_m;  ///< over the points that two cameras or more see; nothing: there are none
+  std::optional<double> p90_m;     ///< 90th percentile, of the same
+  double unseen_fraction = 0.0;    ///< of the grid points
 };
 
 /// The standard deviation of a triangulated point: the noise of the observations (`sigma_px` per axis), and the

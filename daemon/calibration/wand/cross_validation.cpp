@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/bundle.h"
 
@@ -17,8 +18,9 @@ struct Sum {
   double squares = 0.0;
   std::size_t observations = 0;
 
-  double rms() const {
-    return observations < kMinErrors ? 0.0 : std::sqrt(squares / (2.0 * static_cast<double>(observations)));
+  std::optional<double> rms() const {
+    if (observations < kMinErrors) return std::nullopt;
+    return std::sqrt(squares / (2.0 * static_cast<double>(observations)));
   }
 };
 

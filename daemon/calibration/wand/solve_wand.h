@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,23 +56,23 @@ struct ObservationResidual {
 
 /// The figures of one camera in a solution.
 struct CameraAccuracy {
-  double rms_px = 0.0;      ///< per axis
-  double heldout_px = 0.0;  ///< per axis, of held-out samples; 0: too few
-  std::size_t points = 0;   ///< observations
-  double coverage = 0.0;    ///< fraction of the 8 x 8 image cells with an observation
-  PoseUncertainty uncertainty;
-  double time_offset_s = 0.0;  ///< positive: the camera exposes after the others
-  double time_offset_sigma_s = 0.0;      ///< infinite: the offset is unknown
-  bool synchronisation_checked = false;  ///< a time offset that is too large would have been seen
+  double rms_px = 0.0;                         ///< per axis
+  std::optional<double> heldout_px;            ///< per axis, of held-out samples; nothing: too few, or not measured
+  std::size_t points = 0;                      ///< observations
+  double coverage = 0.0;                       ///< fraction of the 8 x 8 image cells with an observation
+  std::optional<PoseUncertainty> uncertainty;  ///< nothing: the observations do not determine the rig
+  double time_offset_s = 0.0;                  ///< positive: the camera exposes after the others
+  double time_offset_sigma_s = 0.0;            ///< infinite: the offset is unknown
+  bool synchronisation_checked = false;        ///< a time offset that is too large would have been seen
 };
 
 /// A rig in the frame of its first camera. The functions of floor/ move it into a world frame.
 struct WandSolution {
   Bundle bundle;
   std::vector<CameraAccuracy> cameras;
-  double rms_px = 0.0;         ///< per axis, of all observations
-  double heldout_px = 0.0;     ///< per axis, of held-out samples; 0: too few
-  double length_mean_m = 0.0;  ///< of the wand, end to end, triangulated without the known length
+  double rms_px = 0.0;               ///< per axis, of all observations
+  std::optional<double> heldout_px;  ///< per axis, of held-out samples; nothing: too few, or not measured
+  double length_mean_m = 0.0;        ///< of the wand, end to end, from rays alone; 0: no wand pose gives a length
   double length_std_m = 0.0;
   double length_min_m = 0.0;
   double length_max_m = 0.0;
@@ -89,7 +90,8 @@ using Progress = std::function<bool(const char* step, double fraction)>;
 /// the wand in each image, estimates relative poses of pairs of cameras, joins them, and runs bundle adjustment in
 /// stages with decreasing gates. `start` gives names, image sizes and intrinsics; its poses are ignored.
 ///
-/// Deterministic with one thread; with more, the sums of Ceres differ in their rounding. Allocates. Sources: see estimate_two_view_geometry and adjust_bundle.
+/// Deterministic with one thread; with more, the sums of Ceres differ in their rounding. Allocates. Sources: see
+/// estimate_two_view_geometry and adjust_bundle.
 Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& start, const Wand& wand,
                                            const WandSettings& settings, const Progress& progress = {});
 

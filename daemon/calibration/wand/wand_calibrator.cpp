@@ -18,10 +18,11 @@ namespace {
 // Five minutes at 120 Hz. An image of a wand takes about 0.1 kB.
 constexpr std::size_t kMaxImages = 36000;
 
-std::string missing_lenses(const Rig& rig) {
+// The cameras with a calibrated lens, or those without, in words.
+std::string names_of(const Rig& rig, bool calibrated) {
   std::string names;
   for (const CameraModel& camera : rig) {
-    if (!is_calibrated(camera)) names += (names.empty() ? "'" : ", '") + camera.name + "'";
+    if (is_calibrated(camera) == calibrated) names += (names.empty() ? "'" : ", '") + camera.name + "'";
   }
   return names;
 }
@@ -29,11 +30,11 @@ std::string missing_lenses(const Rig& rig) {
 CalibrationResult result_of(const WandSolution& solution, PlacedRig placed, const RigAssessment& assessment) {
   CalibrationResult result;
   result.calibrated.facts = facts_of(solution, placed);
-  result.floor_is_guessed = !placed.previous_world;
+  result.floor_is_guessed = placed.floor_is_guessed;
   result.calibrated.rig = std::move(placed.rig);
   result.grade = name_of(assessment.grade);
   result.rms_px = assessment.rms_px;
-  result.heldout_px = assessment.heldout_px.value_or(0.0);
+  result.heldout_px = assessment.heldout_px;
   result.samples = solution.samples;
   result.wand_m = solution.length_mean_m;
   result.wand_std_m = solution.length_std_m;
@@ -43,27 +44,34 @@ CalibrationResult result_of(const WandSolution& solution, PlacedRig placed, cons
 
 }  // namespace
 
-WandCalibrator::WandCalibrator(Rig rig, int threads) : known_(std::move(rig)), threads_(threads) {}
+WandCalibrator::WandCalibrator(RigBefore known, int threads) : known_(std::move(known)), threads_(threads) {}
 
 Status WandCalibrator::start(const CalibrationOrder& order) {
   auto wand = wand_of(order.wand_m);
   if (!wand) return wand.error();
-  if (known_.size() < 2) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("a wand calibrates cameras against each other: there are {}, expected at least two",
-                             known_.size())};
+  const Rig& rig = known_.rig;
+  if (rig.size() < 2) {
+    return Error{
+        ErrorCode::InvalidArgument,
+        fmt::format("a wand calibrates cameras against each other: there are {}, expected at least two", rig.size())};
   }
-  if (const std::string missing = missing_lenses(known_); !order.fov_deg && !missing.empty()) {
+  if (const std::string missing = names_of(rig, false); !order.fov_deg && !missing.empty()) {
     return Error{ErrorCode::InvalidArgument,
                  fmt::format("the lens of camera {} is not calibrated: set the horizontal field of view of the cameras "
                              "(fov_deg), or calibrate the lenses with mocap-calibrate lens",
                              missing)};
   }
+  if (const std::string good = names_of(rig, true); order.fov_deg && !order.refine_lens && !good.empty()) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("the lenses of {} are calibrated and would be replaced; leave out the field of view "
+                             "(fov_deg) to keep them, or set refine_lens, too, to replace them",
+                             good)};
+  }
   order_ = order;
   wand_ = *std::move(wand);
-  start_ = known_;
+  start_ = rig;
   progress_.reset();
-  recording_.cameras.assign(known_.size(), {});
+  recording_.cameras.assign(rig.size(), {});
   solved_cameras_.clear();
   result_.reset();
   message_.clear();
@@ -118,15 +126,15 @@ void WandCalibrator::solve(const CalibrationProgress& progress) {
     const bool cancelled = solution.error().message == kCancelled;
     return fail(cancelled ? CalibrationState::Cancelled : CalibrationState::Failed, solution.error().message);
   }
-  if (const auto refused = order_.moved ? std::nullopt : wrong_scale(*solution, known_)) {
+  if (const auto refused = order_.moved ? std::nullopt : wrong_scale(*solution, known_.rig)) {
     return fail(CalibrationState::Failed, *refused);
   }
   PlacedRig placed = place_in_world(*solution, known_);
-  const RigAssessment assessment = assess_rig(evidence_of(*solution, placed.previous_world));
+  const RigAssessment assessment = assess_rig(evidence_of(*solution, measured_world(placed)));
   for (const CameraAssessment& camera : assessment.cameras) {
     CalibrationCamera& figures = solved_cameras_.emplace_back();
     figures.rms_px = camera.rms_px;
-    figures.heldout_px = camera.heldout_px.value_or(0.0);
+    figures.heldout_px = camera.heldout_px;
     figures.points = camera.points;
     figures.position_sigma_m = camera.position_sigma_m;
     figures.rotation_sigma_rad = camera.rotation_sigma_rad;

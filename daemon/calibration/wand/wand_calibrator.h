@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/wand/rig_before.h"
 #include "calibration/wand/wand.h"
 #include "calibration/wand/wand_progress.h"
 #include "calibration/wand/wand_recording.h"
@@ -15,8 +16,9 @@ namespace mocap::calibration {
 /// solve_wand. Keeps the images, at most 36000 of each camera.
 class WandCalibrator : public RigCalibrator {
  public:
-  /// `rig`: the cameras of the daemon, with their lenses and poses if they are calibrated. `threads`: of the solution.
-  WandCalibrator(Rig rig, int threads);
+  /// `known`: the cameras of the daemon, with their lenses and poses if they are calibrated. `threads`: of the
+  /// solution.
+  WandCalibrator(RigBefore known, int threads);
 
   Status start(const CalibrationOrder& order) override;
   bool add(std::size_t camera, const CalibrationImage& image) override;
@@ -29,11 +31,11 @@ class WandCalibrator : public RigCalibrator {
   void fail(CalibrationState state, std::string message);
   void describe_progress(CalibrationReport& report) const;
 
-  Rig known_;
+  RigBefore known_;
   int threads_;
   CalibrationOrder order_;
   Wand wand_;
-  Rig start_;                             // with the image sizes and, for an unknown lens, an approximate one
+  Rig start_;                             // known_, or with approximate lenses if the order has a field of view
   std::optional<WandProgress> progress_;  // nothing until every camera has delivered an image
   Take recording_;
   CalibrationState state_ = CalibrationState::Idle;

@@ -38,10 +38,11 @@ struct CalibrationOrder {
   CalibrationAction action = CalibrationAction::Look;
   std::vector<double> wand_m;     ///< Wand: distance of each marker from the first: 0, then ascending
   std::optional<double> fov_deg;  ///< Wand: horizontal field of view of all cameras, if their lenses are not calibrated
-  bool refine_lens = false;       ///< Wand: estimates the lenses, too, although they are calibrated
-  bool moved = false;             ///< Wand: accepts another scale than that of the rig before
-  std::string name;               ///< Restore
-  FloorOrder floor;               ///< Floor
+  /// Wand: estimates the lenses, too, although they are calibrated; with `fov_deg` it replaces them.
+  bool refine_lens = false;
+  bool moved = false;  ///< Wand: accepts another scale than that of the rig before
+  std::string name;    ///< Restore
+  FloorOrder floor;    ///< Floor
 };
 
 }  // namespace mocap

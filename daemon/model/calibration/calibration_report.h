@@ -35,12 +35,12 @@ struct CalibrationCamera {
   double coverage = 0.0;      ///< fraction of the image cells with a marker
   std::array<std::uint32_t, kCoverageCells * kCoverageCells> cells{};  ///< markers by image cell, row by row
   bool is_connected = false;  ///< shares enough samples with the first camera, directly or through others
-  // Of the result; 0 until there is one.
-  double rms_px = 0.0;      ///< per axis
-  double heldout_px = 0.0;  ///< per axis, of samples that the rig was not adjusted to
+  // Of the result; 0 or nothing until there is one.
+  double rms_px = 0.0;               ///< per axis
+  std::optional<double> heldout_px;  ///< per axis, of samples that the rig was not adjusted to; nothing: unknown
   std::uint64_t points = 0;
-  double position_sigma_m = 0.0;
-  double rotation_sigma_rad = 0.0;
+  std::optional<double> position_sigma_m;  ///< nothing: the samples do not determine the rig
+  std::optional<double> rotation_sigma_rad;
 };
 
 /// Facts about a rig, for the table [metadata] of its file.
@@ -57,9 +57,9 @@ struct CalibrationResult {
   CalibratedRig calibrated;
   std::string grade;  ///< "excellent", "good", "fair" or "poor"
   double rms_px = 0.0;
-  double heldout_px = 0.0;
+  std::optional<double> heldout_px;  ///< nothing: unknown
   std::uint64_t samples = 0;
-  double wand_m = 0.0;  ///< mean length, triangulated without the known length
+  double wand_m = 0.0;  ///< mean length, triangulated without the known length; 0: unknown
   double wand_std_m = 0.0;
   std::optional<double> floor_rms_m;  ///< of a measured floor: residual of its markers. Only the floor is then new
   bool floor_is_guessed = false;

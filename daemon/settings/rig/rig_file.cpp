@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "base/replace_file.h"
 #include "geometry/plausible_rig.h"
@@ -218,6 +219,15 @@ Result<Rig, Faults> load_rig(const std::filesystem::path& path) {
   auto read = read_rig(path, false);
   if (!read) return read.error();
   return std::move(read->rig);
+}
+
+bool floor_is_guessed(const std::filesystem::path& path) {
+  Result<TomlFile, Faults> file = TomlFile::open(path);
+  if (!file) return false;
+  std::optional<TomlTable> facts = file->root().table("metadata", "metadata");
+  std::string floor;
+  if (facts && facts->has("floor")) facts->text("floor", floor);
+  return floor == "guessed";
 }
 
 Result<ForeignRig, Faults> load_foreign_rig(const std::filesystem::path& path) { return read_rig(path, true); }

@@ -25,6 +25,10 @@ using RigMetadata = RigFacts;
 /// or a number that is not finite.
 Result<Rig, Faults> load_rig(const std::filesystem::path& path);
 
+/// Whether the metadata of a rig file says that its world frame is provisional, because no floor was ever measured:
+/// `floor = "guessed"`. False without a file.
+bool floor_is_guessed(const std::filesystem::path& path);
+
 /// A rig file of another program.
 struct ForeignRig {
   Rig rig;

@@ -114,16 +114,16 @@ void encode_camera(const CalibrationCamera& from, v1::CalibrationCamera& into) {
   for (const std::uint32_t count : from.cells) into.add_cells(count);
   into.set_connected(from.is_connected);
   into.set_rms_px(from.rms_px);
-  into.set_heldout_px(from.heldout_px);
+  into.set_heldout_px(from.heldout_px.value_or(0.0));  // here and below, 0 is unknown: control.proto
   into.set_points(from.points);
-  into.set_position_sigma_m(from.position_sigma_m);
-  into.set_rotation_sigma_rad(from.rotation_sigma_rad);
+  into.set_position_sigma_m(from.position_sigma_m.value_or(0.0));
+  into.set_rotation_sigma_rad(from.rotation_sigma_rad.value_or(0.0));
 }
 
 void encode_result(const CalibrationResult& from, v1::CalibrationResult& into) {
   into.set_grade(from.grade);
   into.set_rms_px(from.rms_px);
-  into.set_heldout_px(from.heldout_px);
+  into.set_heldout_px(from.heldout_px.value_or(0.0));
   into.set_samples(from.samples);
   into.set_wand_m(from.wand_m);
   into.set_wand_std_m(from.wand_std_m);

@@ -171,7 +171,7 @@ void add_wand(cli::App& calibrate, LiveOptions& options) {
                    "horizontal field of view of all cameras in degrees, approximate; for unknown lenses")
       ->check(cli::Range(5.0, 150.0));
   wand->add_flag("--refine-lens", options.request.calibration.refine_lens,
-                 "estimate the lenses, too, although they are calibrated");
+                 "estimate the lenses, too, although they are calibrated; with --fov, replace them");
   wand->add_flag("--moved", options.request.calibration.moved,
                  "accept cameras that are not as in the rig before, or another scale");
   wand->add_option("--seconds", options.seconds, "largest duration; ends earlier when complete")

@@ -112,19 +112,26 @@ void print_status(const v1::Status& status) {
   if (health.has_timecode()) print_timecode(health.timecode());
 }
 
+// A figure of a calibration in `unit`; 0 is unknown.
+std::string figure_text(double figure, double unit, int digits) {
+  return figure > 0.0 ? fmt::format("{:.{}f}", unit * figure, digits) : "-";
+}
+
 void print_calibration_result(const v1::Calibration& calibration) {
   const v1::CalibrationResult& result = calibration.result();
   if (result.has_floor_rms_m()) return fmt::print("floor   residual {:.1f} mm\n", 1e3 * result.floor_rms_m());
   fmt::print("{:20} {:>7} {:>8} {:>7} {:>8} {:>9} {:>10}\n", "camera", "rms px", "held out", "points", "coverage",
              "sigma mm", "sigma deg");
   for (const v1::CalibrationCamera& camera : calibration.cameras()) {
-    fmt::print("{:20} {:7.3f} {:8.3f} {:7} {:6.0f} % {:9.2f} {:10.4f}\n", camera.name(), camera.rms_px(),
-               camera.heldout_px(), camera.points(), 100.0 * camera.coverage(), 1e3 * camera.position_sigma_m(),
-               camera.rotation_sigma_rad() * 180.0 / std::numbers::pi);
+    fmt::print("{:20} {:7.3f} {:>8} {:7} {:6.0f} % {:>9} {:>10}\n", camera.name(), camera.rms_px(),
+               figure_text(camera.heldout_px(), 1.0, 3), camera.points(), 100.0 * camera.coverage(),
+               figure_text(camera.position_sigma_m(), 1e3, 2),
+               figure_text(camera.rotation_sigma_rad(), 180.0 / std::numbers::pi, 4));
   }
-  fmt::print("{:20} {:7.3f} {:8.3f}\n", "all", result.rms_px(), result.heldout_px());
-  fmt::print("grade   {}; {} samples; wand {:.3f} mm +- {:.3f}\n", result.grade(), result.samples(),
-             1e3 * result.wand_m(), 1e3 * result.wand_std_m());
+  fmt::print("{:20} {:7.3f} {:>8}\n", "all", result.rms_px(), figure_text(result.heldout_px(), 1.0, 3));
+  fmt::print("grade   {}; {} samples; wand {} mm +- {}\n", result.grade(), result.samples(),
+             figure_text(result.wand_m(), 1e3, 3), figure_text(result.wand_std_m(), 1e3, 3));
+  fmt::print("scale   from the wand's length, not checked\n");
   fmt::print("floor   {}\n",
              result.floor_is_guessed() ? "provisional; measure it with mocapctl calibrate floor" : "where it was");
   for (const std::string& issue : result.issues()) fmt::print("        {}\n", issue);

@@ -68,18 +68,18 @@ function Coverage({ progress, looked }: { progress: Calibration; looked: number 
 function Result({ progress }: { progress: Calibration }): JSX.Element | null {
   const { result } = progress;
   if (!result) return null;
-  const degrees = (rad: number) => fixed((rad * 180) / Math.PI, 4, "°");
+  const known = (figure: number, digits: number, unit: string, scale = 1) => fixed(figure > 0 ? scale * figure : null, digits, unit);  // 0 is unknown
   return (
     <div class="stack">
-      <p class="soft">{result.grade}: {fixed(result.rmsPx, 3, "px")} rms, {fixed(result.heldoutPx, 3, "px")} on samples that were held out. The wand measures {fixed(1000 * result.wandM, 2, "mm")} ± {fixed(1000 * result.wandStdM, 2, "mm")} in {Number(result.samples)} samples. The floor is {result.floorIsGuessed ? "provisional: measure it after Apply" : "where it was"}.</p>
+      <p class="soft">{result.grade}: {fixed(result.rmsPx, 3, "px")} rms, {known(result.heldoutPx, 3, "px")} on samples that were held out. The wand measures {known(result.wandM, 2, "mm", 1000)} ± {known(result.wandStdM, 2, "mm", 1000)} in {Number(result.samples)} samples; the scale is that of its length and was not checked. The floor is {result.floorIsGuessed ? "provisional: measure it after Apply" : "where it was"}.</p>
       <div class="table-box" tabIndex={0} role="region" aria-label="Result of the calibration">
         <table>
           <thead><tr><th>Camera</th><th class="number">Residual</th><th class="number">Held out</th><th class="number">Points</th><th class="number">Position ±</th><th class="number">Rotation ±</th></tr></thead>
           <tbody>
             {progress.cameras.map((camera) => (
               <tr key={camera.name}>
-                <th scope="row">{camera.name}</th><td class="number">{fixed(camera.rmsPx, 3, "px")}</td><td class="number">{fixed(camera.heldoutPx, 3, "px")}</td>
-                <td class="number">{Number(camera.points)}</td><td class="number">{fixed(1000 * camera.positionSigmaM, 2, "mm")}</td><td class="number">{degrees(camera.rotationSigmaRad)}</td>
+                <th scope="row">{camera.name}</th><td class="number">{fixed(camera.rmsPx, 3, "px")}</td><td class="number">{known(camera.heldoutPx, 3, "px")}</td>
+                <td class="number">{Number(camera.points)}</td><td class="number">{known(camera.positionSigmaM, 2, "mm", 1000)}</td><td class="number">{known(camera.rotationSigmaRad, 4, "°", 180 / Math.PI)}</td>
               </tr>
             ))}
           </tbody>
