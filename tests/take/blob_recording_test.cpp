@@ -183,7 +183,7 @@ TEST_F(BlobRecordingTest, RejectsImagesThatAreNotLaterThanTheOneBefore) {
 TEST_F(BlobRecordingTest, RejectsImagesLargerThanThoseOfACamera) {
   for (const int width_px : {16384, 16385}) {
     std::filesystem::remove(path());
-    auto writer = make_blob_writer(path(), {{"north", width_px, 1024}});
+    auto writer = make_blob_writer(path(), std::vector<RecordedCamera>{{"north", width_px, 1024}});
     ASSERT_TRUE(writer);
     ASSERT_TRUE((*writer)->finish());
 
