@@ -54,6 +54,26 @@ TEST(KeptRigs, KeepsTheRigBeforeAndGoesBackToIt) {
   EXPECT_EQ(list_rigs(places).size(), 3u);
 }
 
+TEST(KeptRigs, KeepsTheRigInForceOnceAndANewRigBesideIt) {
+  const support::TemporaryFolder folder;
+  const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};
+  const auto none = keep_rig_in_force(places);
+  ASSERT_TRUE(none);
+  EXPECT_TRUE(none->empty()) << "there is no file";
+  EXPECT_FALSE(std::filesystem::exists(places.kept));
+  std::ofstream(places.in_force) << "# by hand\n";
+
+  const auto first = keep_rig_in_force(places);
+  const auto again = keep_rig_in_force(places);
+  const auto other = keep_rig(places, rig_at(1.0));
+
+  ASSERT_TRUE(first && again && other);
+  EXPECT_EQ(text_of(*first), "# by hand\n");
+  EXPECT_EQ(*again, *first);
+  EXPECT_EQ((*load_rig(*other))[0].camera_from_world.translation.x(), 1.0);
+  EXPECT_EQ(text_of(places.in_force), "# by hand\n");
+}
+
 TEST(KeptRigs, RefusesAnUnknownNameAndAFileWithFaults) {
   const support::TemporaryFolder folder;
   const RigPlaces places{folder.path() / "rig.toml", folder.path() / "rig.toml", folder.path() / "rigs"};

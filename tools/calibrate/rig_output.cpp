@@ -1,20 +1,58 @@
 #include "calibrate/rig_output.h"
 
 #include <fmt/chrono.h>
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include "settings/rig/kept_rigs.h"
 
 namespace mocap::calibrate {
+namespace {
+
+// Why a rig must not replace the file; nothing without a file.
+std::optional<std::string> refusal_to_replace(const std::filesystem::path& path, const Rig& rig) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return std::nullopt;
+  const auto before = settings::load_rig(path);
+  if (!before) {
+    return fmt::format("{}\n'{}' cannot be read as a rig file and is not replaced; correct it, or use --out FILE",
+                       settings::to_text(before.error()), path.string());
+  }
+  for (const CameraModel& camera : *before) {
+    if (std::ranges::find(rig, camera.name, &CameraModel::name) != rig.end()) continue;
+    return fmt::format(
+        "'{}' of '{}' is not in this recording, and the file is not replaced; use --out FILE, or remove [{}] from the "
+        "file if the camera is gone",
+        camera.name, path.string(), camera.name);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* subcommand) {
   facts["solved_by"] = fmt::format("mocap-calibrate {}", subcommand);
   facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-  const Status saved = settings::save_rig(path, rig, facts);
+  const settings::RigPlaces places{path, path, path.parent_path() / "rigs"};
+  if (const auto refused = refusal_to_replace(path, rig)) {
+    print_message("{}", *refused);
+    const auto kept = settings::keep_rig(places, {rig, std::move(facts)});
+    print_message("{}", kept ? fmt::format("the new rig is in '{}'", kept->string()) : kept.error().message);
+    return kExitData;
+  }
+  const auto before = settings::keep_rig_in_force(places);
+  const Status saved = before ? settings::save_rig(path, rig, facts) : Status(before.error());
   if (!saved) {
     print_message("{}", saved.error().message);
-    return kExitUnavailable;
+    return kExitCannotWrite;
   }
-  fmt::print("{}: written; restart mocapd to use it\n", path.string());
+  fmt::print("{}: written; mocapctl reload lets mocapd use it\n", path.string());
+  if (!before->empty()) fmt::print("{}: the rig before\n", before->string());
   return kExitOk;
 }
 

@@ -7,8 +7,11 @@
 
 namespace mocap::calibrate {
 
-/// Writes a rig file with `facts`, the subcommand and the time as its metadata, and reports it. Returns the exit code
-/// of the program.
+/// Writes a rig file with `facts`, the subcommand and the time as its metadata, and reports it. A rig that is replaced
+/// is kept in the folder `rigs` beside the file (settings/rig/kept_rigs.h).
+///
+/// Returns the exit code of the program: kExitCannotWrite if the file cannot be written; kExitData if the file is there
+/// and is no rig file, or has a camera that `rig` lacks: the file is unchanged then, and the new rig is kept in `rigs`.
 int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* subcommand);
 
 }  // namespace mocap::calibrate

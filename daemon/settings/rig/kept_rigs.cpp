@@ -62,19 +62,8 @@ Status make_folder(const RigPlaces& places) {
   std::error_code failed;
   std::filesystem::create_directories(places.kept, failed);
   if (!failed) return {};
-  return Error{ErrorCode::Io, fmt::format("'{}' cannot be created: {}; make it writable for the daemon",
-                                          places.kept.string(), failed.message())};
-}
-
-// Copies the rig in force to the kept ones, unless it is there already.
-Status keep_in_force(const RigPlaces& places) {
-  const Result<std::optional<std::string>> bytes = bytes_of(places.in_force);
-  if (!bytes) return bytes.error();
-  if (!*bytes) return {};
-  for (const auto& file : kept_files(places)) {
-    if (const auto kept = bytes_of(file); kept && *kept == *bytes) return {};
-  }
-  return replace_file(free_path(places, utc_name(written_at(places.in_force))), **bytes);
+  return Error{ErrorCode::Io, fmt::format("'{}' cannot be created: {}; make its folder writable", places.kept.string(),
+                                          failed.message())};
 }
 
 void read_facts(const std::filesystem::path& path, KeptRig& kept) {
@@ -99,20 +88,38 @@ Result<RigPlaces> rig_places(const DaemonSettings& settings) {
   return RigPlaces{in_force, in_force, in_force.parent_path() / "rigs"};
 }
 
+Result<std::filesystem::path> keep_rig_in_force(const RigPlaces& places) {
+  const Result<std::optional<std::string>> bytes = bytes_of(places.in_force);
+  if (!bytes) return bytes.error();
+  if (!*bytes) return std::filesystem::path();
+  for (const auto& file : kept_files(places)) {
+    if (const auto kept = bytes_of(file); kept && *kept == *bytes) return file;
+  }
+  if (const Status made = make_folder(places); !made) return made.error();
+  const std::filesystem::path copy = free_path(places, utc_name(written_at(places.in_force)));
+  if (const Status written = replace_file(copy, **bytes); !written) return written.error();
+  return copy;
+}
+
+Result<std::filesystem::path> keep_rig(const RigPlaces& places, const CalibratedRig& rig) {
+  if (const Status made = make_folder(places); !made) return made.error();
+  const std::filesystem::path copy = free_path(places, utc_name(std::time(nullptr)));
+  if (const Status saved = save_rig(copy, rig.rig, rig.facts); !saved) return saved.error();
+  return copy;
+}
+
 Status write_rig(const RigPlaces& places, const CalibratedRig& rig) {
-  if (Status made = make_folder(places); !made) return made;
-  if (Status kept = keep_in_force(places); !kept) return kept;
-  const std::time_t now = std::time(nullptr);
+  if (const auto kept = keep_rig_in_force(places); !kept) return kept.error();
   RigMetadata facts = rig.facts;
   if (KeptRig before; !facts.contains("rms_px")) {  // only the world frame is new
     read_facts(places.in_force, before);
     if (before.rms_px > 0.0) facts["rms_px"] = before.rms_px;
   }
   facts["solved_by"] = std::string("mocapd");
-  facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
-  const std::filesystem::path copy = free_path(places, utc_name(now));
-  if (Status saved = save_rig(copy, rig.rig, facts); !saved) return saved;
-  const Result<std::string> bytes = read_file(copy);
+  facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  const Result<std::filesystem::path> copy = keep_rig(places, {rig.rig, facts});
+  if (!copy) return copy.error();
+  const Result<std::string> bytes = read_file(*copy);
   if (!bytes) return bytes.error();
   return replace_file(places.written, *bytes);
 }
@@ -128,7 +135,7 @@ Status restore_rig(const RigPlaces& places, const std::string& name) {
   if (const auto rig = load_rig(*found); !rig) return Error{ErrorCode::InvalidArgument, to_text(rig.error())};
   const Result<std::string> bytes = read_file(*found);
   if (!bytes) return bytes.error();
-  if (Status kept = keep_in_force(places); !kept) return kept;
+  if (const auto kept = keep_rig_in_force(places); !kept) return kept.error();
   return replace_file(places.written, *bytes);
 }
 
