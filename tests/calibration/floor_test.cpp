@@ -1,10 +1,12 @@
 #include "calibration/floor/floor.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "calibration/floor/floor_frame_scale.h"
@@ -64,6 +66,32 @@ TEST(Floor, IsThePlaneThroughMarkers) {
   ASSERT_TRUE(floor) << floor.error().message;
   for (const CameraModel& camera : in_world(*floor, rig_of_its_own())) EXPECT_NEAR(camera.centre().v.z(), 2.4, 1e-9);
   EXPECT_LT(floor->rms_m, 1e-7);  // the square root of rounding errors
+}
+
+TEST(Floor, RefusesAMarkerThatIsNotOnTheFloorAndNamesIt) {
+  const auto points =
+      in_rig({{1.0, 0.5, 0.01}, {-1.0, 0.7, 0.01}, {0.2, -1.5, 0.01}, {1.1, -1.0, 0.01}, {0.1, 0.0, 0.3}});
+
+  const auto floor = floor_from_points(points, 0.01, rig_of_its_own());
+
+  ASSERT_FALSE(floor);
+  const std::string& message = floor.error().message;
+  EXPECT_NE(message.find("mm rms off one plane, expected at most 15"), std::string::npos) << message;
+  const Vector3d& away = points.back();
+  const std::string place = fmt::format("at ({:.2f}, {:.2f}, {:.2f}) m", away.x(), away.y(), away.z());
+  EXPECT_NE(message.find(place), std::string::npos) << message;
+}
+
+TEST(Floor, IsNotCheckedByThreeMarkers) {
+  std::vector<Vector3d> points{{1.0, 0.5, 0.0}, {-1.0, 0.7, 0.0}, {0.2, -1.5, 0.4}};  // one is not on the floor
+
+  const auto three = floor_from_points(in_rig(points), 0.0, rig_of_its_own());
+  points = {{1.0, 0.5, 0.0}, {-1.0, 0.7, 0.0}, {0.2, -1.5, 0.0}, {1.1, -1.0, 0.0}};
+  const auto four = floor_from_points(in_rig(points), 0.0, rig_of_its_own());
+
+  ASSERT_TRUE(three && four);
+  EXPECT_FALSE(three->is_checked);
+  EXPECT_TRUE(four->is_checked);
 }
 
 TEST(Floor, RefusesMarkersOnOneLine) {

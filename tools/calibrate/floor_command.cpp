@@ -1,6 +1,8 @@
 #include "calibrate/floor_command.h"
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include "calibrate/marker_pipeline.h"
 #include "calibrate/rig_output.h"
@@ -64,12 +66,13 @@ int run_floor(const FloorOptions& options) {
     lowest = std::min(lowest, camera.centre().v.z());
     highest = std::max(highest, camera.centre().v.z());
   }
-  fmt::print("floor: residual {:.1f} mm; the cameras are {:.2f} to {:.2f} m above the floor\n", 1e3 * floor->rms_m,
-             lowest, highest);
+  const std::string residual = floor->is_checked ? fmt::format("residual {:.1f} mm", 1e3 * floor->rms_m)
+                                                 : "not checked: three markers always fit; lay a fourth one";
+  fmt::print("floor: {}; the cameras are {:.2f} to {:.2f} m above the floor\n", residual, lowest, highest);
   if (options.dry_run) return kExitOk;
-  return write_rig(options.out.empty() ? file : options.out, placed,
-                   {{"floor", std::string(calibration::name_of(order.method))}, {"floor_rms_mm", 1e3 * floor->rms_m}},
-                   "floor");
+  settings::RigMetadata facts{{"floor", std::string(calibration::name_of(order.method))}};
+  if (floor->is_checked) facts["floor_rms_mm"] = 1e3 * floor->rms_m;
+  return write_rig(options.out.empty() ? file : options.out, placed, std::move(facts), "floor");
 }
 
 }  // namespace mocap::calibrate

@@ -23,6 +23,8 @@ constexpr double kArmTolerance_m = 0.015;
 constexpr double kMaxFitResidual_m = 0.01;
 // Points whose second principal extent is a smaller fraction of the first lie on a line. Chosen by hand.
 constexpr double kMinFlatness = 0.05;
+// As the limit of a fair floor in rig/assess_rig.cpp: a larger residual is a marker that is not on the floor.
+constexpr double kMaxPlaneResidual_m = 0.015;
 // Final half-width of the band of points about the floor plane of a walk. Chosen by hand; not yet measured.
 constexpr double kBand_m = 0.01;
 constexpr double kFirstBand_m = 0.3;
@@ -111,6 +113,18 @@ Error below_floor_error(const Pose& world_from_rig, const Rig& rig) {
           "its markers up"};
 }
 
+Error off_plane_error(std::span<const Vector3d> points_m, const Plane& plane) {
+  const Vector3d& farthest =
+      *std::ranges::max_element(points_m, {}, [&](const Vector3d& point) { return std::abs(plane.height(point)); });
+  return {
+      ErrorCode::InvalidArgument,
+      fmt::format("the {} markers on the floor are {:.0f} mm rms off one plane, expected at most {:.0f}; the farthest "
+                  "one, at ({:.2f}, {:.2f}, {:.2f}) m in the world of the rig, is {:.0f} mm off: lay it on the "
+                  "floor, or take it and all lights that are not on the floor away",
+                  points_m.size(), 1e3 * plane.rms_m, 1e3 * kMaxPlaneResidual_m, farthest.x(), farthest.y(),
+                  farthest.z(), 1e3 * std::abs(plane.height(farthest)))};
+}
+
 }  // namespace
 
 Result<Floor> floor_from_frame(std::span<const Vector3d> points_m, const FloorFrame& frame, const Rig& rig) {
@@ -156,7 +170,8 @@ Result<Floor> floor_from_points(std::span<const Vector3d> points_m, double heigh
         ErrorCode::InvalidArgument,
         fmt::format("the {} markers on the floor lie on one line; move one of them off the line", points_m.size())};
   }
-  return Floor{world_of_plane(plane, height_m, rig), plane.rms_m};
+  if (plane.rms_m > kMaxPlaneResidual_m) return off_plane_error(points_m, plane);
+  return Floor{world_of_plane(plane, height_m, rig), plane.rms_m, points_m.size() > 3};
 }
 
 Result<Floor> floor_from_walk(std::span<const Vector3d> points_m, double height_m, const Rig& rig) {

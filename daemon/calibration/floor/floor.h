@@ -20,7 +20,10 @@ struct FloorFrame {
 /// The world frame, relative to the frame of a rig.
 struct Floor {
   Pose world_from_rig;
-  double rms_m = 0.0;  ///< residual of the markers, from the frame or from the plane
+  /// Rms residual of the markers, from the frame or from the plane; of pose_in_previous_world: of the camera centres;
+  /// of guess_floor: 0.
+  double rms_m = 0.0;
+  bool is_checked = true;  ///< false: exactly three markers lie on the plane, which any three do: rms_m says nothing
 };
 
 /// Finds the floor frame among stationary points by its arm lengths and its right angle, and fits the world frame to it
@@ -29,7 +32,8 @@ struct Floor {
 Result<Floor> floor_from_frame(std::span<const Eigen::Vector3d> points_m, const FloorFrame& frame, const Rig& rig);
 
 /// Fits the floor plane to three markers or more on the floor; the cameras are above it. The origin is below the mean
-/// of the camera centres, x is the projection of the rig's x axis. Fails with InvalidArgument for points on one line.
+/// of the camera centres, x is the projection of the rig's x axis. Fails with InvalidArgument for points on one line,
+/// or if they are more than 15 mm rms off one plane; the message names the farthest one.
 Result<Floor> floor_from_points(std::span<const Eigen::Vector3d> points_m, double height_m, const Rig& rig);
 
 /// Fits the floor plane to the lowest points of a walk: the lowest markers of standing feet lie on one plane and no

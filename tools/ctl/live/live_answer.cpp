@@ -119,7 +119,11 @@ std::string figure_text(double figure, double unit, int digits) {
 
 void print_calibration_result(const v1::Calibration& calibration) {
   const v1::CalibrationResult& result = calibration.result();
-  if (result.has_floor_rms_m()) return fmt::print("floor   residual {:.1f} mm\n", 1e3 * result.floor_rms_m());
+  if (result.has_floor_rms_m()) {
+    fmt::print("floor   residual {:.1f} mm\n", 1e3 * result.floor_rms_m());
+    for (const std::string& issue : result.issues()) fmt::print("        {}\n", issue);
+    return;
+  }
   fmt::print("{:20} {:>7} {:>8} {:>7} {:>8} {:>9} {:>10}\n", "camera", "rms px", "held out", "points", "coverage",
              "sigma mm", "sigma deg");
   for (const v1::CalibrationCamera& camera : calibration.cameras()) {
