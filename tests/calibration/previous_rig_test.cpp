@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
 
 #include "scene/ring_rig.h"
 
@@ -55,6 +57,41 @@ TEST(PreviousRig, HasNoWorldIfMostCamerasWereMoved) {
   const Rig previous = scene::ring_rig({.cameras = 4});
   Rig rig = previous;
   for (std::size_t c = 0; c < 3; ++c) rig = with_moved_camera(rig, c, 0.2 * static_cast<double>(c + 1));
+
+  EXPECT_FALSE(pose_in_previous_world(rig, previous));
+}
+
+// Three cameras on a wall; the middle one is 5 cm off the line through the others.
+Rig on_a_wall() {
+  Rig rig = scene::ring_rig({.cameras = 3});
+  for (int c = 0; c < 3; ++c) {
+    const Eigen::Vector3d eye(2.0 * c - 2.0, c == 1 ? 0.05 : 0.0, 2.5);
+    rig[static_cast<std::size_t>(c)].camera_from_world = scene::look_at(eye, {0.0, 4.0, 1.0});
+  }
+  return rig;
+}
+
+TEST(PreviousRig, TheOrientationsKeepTheFloorOfCamerasOnALine) {
+  const Rig previous = on_a_wall();
+  Rig moved = previous;
+  const Eigen::Vector3d centre = moved[1].centre().v + Eigen::Vector3d(0.0, 0.0, 0.003);
+  moved[1].camera_from_world.translation = -(moved[1].camera_from_world.rotation * centre);
+  const Pose away{{0.5, -1.0, 2.0}, Eigen::Quaterniond(Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.0, 0.6, 0.8)))};
+
+  const auto floor = pose_in_previous_world(in_world({away, 0.0}, moved), previous);
+
+  ASSERT_TRUE(floor);  // the centres alone rotate the floor by 3.4 degrees: 3 mm at 5 cm from the line
+  const double angle_rad = Eigen::AngleAxisd(floor->world_from_rig.rotation * away.rotation).angle();
+  EXPECT_LT(std::abs(angle_rad), 0.2 * std::numbers::pi / 180.0);
+}
+
+TEST(PreviousRig, HasNoWorldIfTheOrientationsDisagree) {
+  const Rig previous = on_a_wall();
+  Rig rig = previous;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Eigen::Vector3d centre = rig[c].centre().v;
+    rig[c].camera_from_world = scene::look_at(centre, {0.0, 4.0, 0.5 + 0.5 * static_cast<double>(c)});
+  }
 
   EXPECT_FALSE(pose_in_previous_world(rig, previous));
 }

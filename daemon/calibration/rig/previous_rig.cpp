@@ -1,7 +1,9 @@
 #include "calibration/rig/previous_rig.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "base/expects.h"
@@ -18,6 +20,51 @@ constexpr double kMinAgreement = 0.6;
 constexpr double kMaxDeviation_m = 0.01;
 // Cameras of a rig without extrinsics are all at the origin.
 constexpr double kMinDistance_m = 0.05;
+// The ends of the camera axes at this distance are fitted like the centres: they determine the rotation about a line of
+// cameras. Short, so that they count little where the centres determine the rotation. Chosen by hand.
+constexpr double kAxisLever_m = 0.3;
+// A camera that is rotated by more was moved. An estimated principal point that is wrong by 10 px rotates a camera by
+// 0.5 degrees. Chosen by hand; not yet measured.
+constexpr double kMaxRotation_rad = std::numbers::pi / 180.0;
+
+struct CameraInBoth {
+  const CameraModel* now;
+  const CameraModel* before;
+};
+
+std::optional<Pose> fit_world(const std::vector<CameraInBoth>& cameras) {
+  std::vector<geometry::PointPair> points;
+  for (const auto& [now, before] : cameras) {
+    const Eigen::Vector3d from = now->centre().v;
+    const Eigen::Vector3d to = before->centre().v;
+    points.push_back({from, to});
+    for (int axis = 0; axis < 3; ++axis) {
+      points.push_back({from + kAxisLever_m * now->camera_from_world.rotation.row(axis).transpose(),
+                        to + kAxisLever_m * before->camera_from_world.rotation.row(axis).transpose()});
+    }
+  }
+  const auto fit = geometry::fit_rigid(points);
+  return fit ? std::optional(fit->to_from) : std::nullopt;
+}
+
+double centre_distance_m(const CameraInBoth& camera, const Pose& previous_from_rig) {
+  return (previous_from_rig * camera.now->centre().v - camera.before->centre().v).norm();
+}
+
+// The deviation of a camera in units of the largest one of an unmoved camera; of position and rotation the larger one.
+double relative_deviation(const CameraInBoth& camera, const Pose& previous_from_rig) {
+  const Eigen::AngleAxisd rotation(
+      Eigen::Matrix3d(camera.before->camera_from_world.rotation * previous_from_rig.rotation.toRotationMatrix() *
+                      camera.now->camera_from_world.rotation.transpose()));
+  return std::max(centre_distance_m(camera, previous_from_rig) / kMaxDeviation_m,
+                  std::abs(rotation.angle()) / kMaxRotation_rad);
+}
+
+double rms_of_centres_m(const std::vector<CameraInBoth>& cameras, const Pose& previous_from_rig) {
+  double squares = 0.0;
+  for (const CameraInBoth& camera : cameras) squares += std::pow(centre_distance_m(camera, previous_from_rig), 2);
+  return std::sqrt(squares / static_cast<double>(cameras.size()));
+}
 
 }  // namespace
 
@@ -41,16 +88,16 @@ std::optional<double> scale_of_previous(const Rig& rig, const Rig& previous) {
 
 std::optional<Floor> pose_in_previous_world(const Rig& rig, const Rig& previous) {
   MOCAP_EXPECTS(rig.size() == previous.size());
-  std::vector<geometry::PointPair> pairs;
-  for (std::size_t c = 0; c < rig.size(); ++c) pairs.push_back({rig[c].centre().v, previous[c].centre().v});
+  std::vector<CameraInBoth> cameras;
+  for (std::size_t c = 0; c < rig.size(); ++c) cameras.push_back({&rig[c], &previous[c]});
   const std::size_t min_cameras = std::max<std::size_t>(3, (rig.size() + 1) / 2);
-  while (pairs.size() >= min_cameras) {
-    const auto fit = geometry::fit_rigid(pairs);
-    if (!fit) return std::nullopt;
-    const auto distance = [&](const geometry::PointPair& pair) { return (fit->to_from * pair.from - pair.to).norm(); };
-    const auto worst = std::ranges::max_element(pairs, {}, distance);
-    if (distance(*worst) < kMaxDeviation_m) return Floor{fit->to_from, fit->rms_m};
-    pairs.erase(worst);
+  while (cameras.size() >= min_cameras) {
+    const auto previous_from_rig = fit_world(cameras);
+    if (!previous_from_rig) return std::nullopt;
+    const auto deviation = [&](const CameraInBoth& camera) { return relative_deviation(camera, *previous_from_rig); };
+    const auto worst = std::ranges::max_element(cameras, {}, deviation);
+    if (deviation(*worst) < 1.0) return Floor{*previous_from_rig, rms_of_centres_m(cameras, *previous_from_rig)};
+    cameras.erase(worst);
   }
   return std::nullopt;
 }

@@ -11,8 +11,9 @@ namespace mocap::calibration {
 /// cameras.
 std::optional<double> scale_of_previous(const Rig& rig, const Rig& previous);
 
-/// The world frame of `previous` for `rig`, by a rigid fit to the cameras that were not moved: half of the cameras and
-/// at least three, to 10 mm. Nothing if fewer cameras are unmoved.
+/// The world frame of `previous` for `rig`, by a rigid fit to the positions and orientations of the cameras that were
+/// not moved: half of the cameras and at least three, to 10 mm and 1 degree. The orientations determine the rotation
+/// about a line of cameras. Nothing if fewer cameras are unmoved. Floor::rms_m is that of the centres.
 std::optional<Floor> pose_in_previous_world(const Rig& rig, const Rig& previous);
 
 }  // namespace mocap::calibration
