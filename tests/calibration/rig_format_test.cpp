@@ -169,6 +169,30 @@ TEST(RigFormat, FaultsNameLineAndValue) {
               HasSubstr("1:51: is not readable XML: it has </cameras> where <camera> ends"));
 }
 
+TEST(RigFormat, RefusesAKalibrChainWithAGap) {
+  std::string chain = kChain;
+  chain.replace(chain.find("cam1:"), 5, "cam2:");
+
+  EXPECT_THAT(faults_of(chain), HasSubstr("9:3: "));
+  EXPECT_THAT(faults_of(chain), HasSubstr("has cam2, but no cam1: expected cam0, cam1, ... without a gap"));
+}
+
+TEST(RigFormat, NamesTheTablesOfAnOpenCvFileThatAreNoCamera) {
+  const std::string left =
+      "left:\n  camera_matrix: [[900, 0, 640], [0, 900, 512], [0, 0, 1]]\n  image_size: [1280, 1024]\n"
+      "  rvec: [0, 0, 0.1]\n  tvec: [0, 0, 4]\n";
+
+  const auto with_board = parse_rig(RigFormat::OpenCv, left + "board:\n  columns: 9\n", "camera");
+  const auto with_camera = parse_rig(
+      RigFormat::OpenCv,
+      left + "right:\n  mtx: [[900, 0, 640], [0, 900, 512], [0, 0, 1]]\n  dist_coeffs: [0, 0, 0, 0]\n", "camera");
+
+  ASSERT_TRUE(with_board) << text_of(with_board.error());
+  EXPECT_THAT(with_board->notices, testing::Contains(HasSubstr("'board' is left out")));
+  ASSERT_FALSE(with_camera);
+  EXPECT_THAT(text_of(with_camera.error()), HasSubstr("camera 'right': has no camera_matrix"));
+}
+
 TEST(RigFormat, RefusesAliasesThatExpandToAHugeTree) {
   std::string bomb = "camera_model: a\nintrinsics: b\na0: &a0 [x,x,x,x,x,x,x,x,x,x]\n";
   for (int i = 1; i < 9; ++i) {

@@ -94,6 +94,22 @@ std::string matrix_rows(const Matrix3d& r, const Vector3d& t) {
   return text + "  - [0.0, 0.0, 0.0, 1.0]\n";
 }
 
+// A camera behind a gap in the numbers would be left out, and the pose of a camera is relative to the one before it.
+void report_unread_cameras(const YamlValue& root, int count, FaultCollector& faults) {
+  for (const auto& [key, table] : root.table) {
+    if (!key.starts_with("cam") || key.size() == 3 || key.find_first_not_of("0123456789", 3) != std::string::npos)
+      continue;
+    bool is_read = false;
+    for (int number = 0; number < count; ++number) is_read = is_read || key == fmt::format("cam{}", number);
+    if (!is_read) {
+      faults.add(table.at,
+                 fmt::format("has {}, but no cam{}: expected cam0, cam1, ... without a gap; number the cameras "
+                             "anew, with T_cn_cnm1 from the camera before",
+                             key, count));
+    }
+  }
+}
+
 }  // namespace
 
 // Source: Kalibr's wiki, "Yaml formats". As in mrcal's files, T_cn_cnm1 of the first camera is from the world.
@@ -103,7 +119,8 @@ Result<ParsedRig, FormatFaults> parse_kalibr(const std::string& text) {
   FaultCollector faults;
   ParsedRig read;
   CameraStep before;
-  for (int number = 0;; ++number) {
+  int number = 0;
+  for (;; ++number) {
     const std::string key = fmt::format("cam{}", number);
     const YamlValue* table = root->find({key.c_str()});
     if (table == nullptr) break;
@@ -125,6 +142,7 @@ Result<ParsedRig, FormatFaults> parse_kalibr(const std::string& text) {
     before = *pose;
     add_camera(foreign, read.rig, faults);
   }
+  report_unread_cameras(*root, number, faults);
   if (read.rig.empty() && faults.empty()) {
     faults.add({}, "has no cam0, expected a camchain: cam0, cam1, ... each with camera_model and intrinsics");
   }

@@ -20,6 +20,9 @@ constexpr std::initializer_list<const char*> kDistortion{"distortion_coefficient
 constexpr std::initializer_list<const char*> kRotation{"rotation", "R", "rvec", "rotation_matrix"};
 constexpr std::initializer_list<const char*> kTranslation{"translation", "T", "tvec", "translation_vector"};
 
+// OpenCV's matrices are tables, too.
+bool is_matrix(const YamlValue& table) { return table.find({"data"}) != nullptr; }
+
 bool is_set(const YamlValue* value) {
   return value != nullptr &&
          (value->word == "1" || value->word == "true" || value->word == "equidistant" || value->word == "fisheye");
@@ -108,14 +111,22 @@ class OpenCvFile {
   explicit OpenCvFile(const std::string& default_name) : default_name_(default_name) {}
 
   void read(const YamlValue& root) {
-    if (root.find(kMatrix) != nullptr) return add(default_name_, root);
-    if (const YamlValue* cameras = root.find({"cameras"})) {
+    const YamlValue* cameras = root.find({"cameras"});
+    const bool is_camera = root.find(kMatrix) != nullptr;
+    if (is_camera) {
+      add(default_name_, root);
+    } else if (cameras != nullptr) {
       for (const YamlValue& table : cameras->list) add(fmt::format("cam{}", ++number_), table);
       for (const auto& [key, table] : cameras->table) add(key, table);
-      return;
     }
     for (const auto& [key, table] : root.table) {
-      if (table.find(kMatrix) != nullptr) add(key, table);
+      if (table.kind != YamlValue::Kind::Table || is_matrix(table) || (!is_camera && &table == cameras)) continue;
+      if (!is_camera && cameras == nullptr && (table.find(kMatrix) != nullptr || table.find(kDistortion) != nullptr)) {
+        add(key, table);
+      } else {
+        read_.notices.push_back(
+            fmt::format("line {}: '{}' is left out, expected a camera with camera_matrix", table.at.line, key));
+      }
     }
   }
 
