@@ -44,7 +44,8 @@ TEST(CompareRigs, IgnoresAChangeOfTheWorldFrame) {
       EXPECT_NEAR(change->world_rotated_rad, 0.7, 1e-9);
       for (const CameraChange& camera : change->cameras) {
         EXPECT_GT(camera.raw_position_m, 0.1);
-        EXPECT_LT(camera.image_px, 1e-6);
+        ASSERT_TRUE(camera.image_px);
+        EXPECT_LT(*camera.image_px, 1e-6);
       }
     }
   }
@@ -63,7 +64,33 @@ TEST(CompareRigs, ABumpedCameraDoesNotAffectTheRobustAlignment) {
     EXPECT_NEAR(camera.position_m, c == 5 ? 0.005 : 0.0, 1e-5) << c;
     EXPECT_NEAR(camera.rotation_rad, c == 5 ? 0.3 * kDegree : 0.0, 1e-5) << c;
   }
-  EXPECT_GT(change->cameras[5].image_px, 3.0);  // 0.3 degrees at a focal length above 1000 px are 5 px
+  EXPECT_GT(change->cameras[5].image_px.value_or(0.0), 3.0);  // 0.3 degrees at a focal length above 1000 px are 5 px
+}
+
+TEST(CompareRigs, ACameraThatWasTurnedAwayHasNoImageChange) {
+  const Rig before = ring(8);
+  Rig after = before;
+  bump(after[5], std::numbers::pi, {0.0, 0.0, 0.0});
+
+  const auto change = compare_rigs(before, after, RigAlignment::RobustToMoved);
+
+  ASSERT_TRUE(change);
+  EXPECT_FALSE(change->cameras[5].image_px) << "it is no small change";
+  EXPECT_TRUE(change->cameras[4].image_px);
+}
+
+TEST(CompareRigs, RefusesARigWithoutPoses) {
+  const Rig before = ring(4);
+  Rig lenses = before;
+  for (CameraModel& camera : lenses) camera.camera_from_world = {};
+
+  const auto to_lenses = compare_rigs(before, lenses, RigAlignment::RobustToMoved);
+  const auto from_lenses = compare_rigs(lenses, before, RigAlignment::AllCameras);
+
+  ASSERT_FALSE(to_lenses);
+  EXPECT_THAT(to_lenses.error().message, testing::HasSubstr("all cameras of the new rig are at one place"));
+  ASSERT_FALSE(from_lenses);
+  EXPECT_THAT(from_lenses.error().message, testing::HasSubstr("all cameras of the old rig are at one place"));
 }
 
 TEST(CompareRigs, AlignsAllCamerasEquallyAgainstATruth) {

@@ -54,7 +54,7 @@ Json json_of(const RigChange& change) {
                             {"raw_position_error_mm", kMmPerM * camera.raw_position_m},
                             {"raw_rotation_error_deg", kDegreesPerRad * camera.raw_rotation_rad},
                             {"focal_error", camera.focal_change},
-                            {"image_px", camera.image_px}};
+                            {"image_px", or_null(camera.image_px)}};
   }
   return {{"position_error_mm", kMmPerM * change.position_m},
           {"rotation_error_deg", kDegreesPerRad * change.rotation_rad},
@@ -95,10 +95,10 @@ std::string change_text(const RigChange& change) {
   std::string text = fmt::format("{:<{}}  {:>9} {:>10} {:>8} | {:>9} {:>9} {:>9}\n", "camera", width, "moved mm",
                                  "angle deg", "image px", "raw mm", "raw deg", "focal %");
   for (const CameraChange& camera : change.cameras) {
-    text += fmt::format("{:<{}}  {:>9.3f} {:>10.4f} {:>8.3f} | {:>9.3f} {:>9.4f} {:>+9.4f}\n", camera.name, width,
-                        kMmPerM * camera.position_m, kDegreesPerRad * camera.rotation_rad, camera.image_px,
-                        kMmPerM * camera.raw_position_m, kDegreesPerRad * camera.raw_rotation_rad,
-                        100.0 * camera.focal_change);
+    text += fmt::format("{:<{}}  {:>9.3f} {:>10.4f} {:>8} | {:>9.3f} {:>9.4f} {:>+9.4f}\n", camera.name, width,
+                        kMmPerM * camera.position_m, kDegreesPerRad * camera.rotation_rad,
+                        figure_or_dash(camera.image_px, 3), kMmPerM * camera.raw_position_m,
+                        kDegreesPerRad * camera.raw_rotation_rad, 100.0 * camera.focal_change);
   }
   text += fmt::format("{:<{}}  {:>9.3f} {:>10.4f}   (rms, after the alignment of the frames)\n", "all", width,
                       kMmPerM * change.position_m, kDegreesPerRad * change.rotation_rad);

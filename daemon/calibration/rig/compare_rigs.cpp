@@ -23,6 +23,8 @@ constexpr int kIterations = 30;
 constexpr double kUnmoved_m = 1e-6;
 // Centres whose second principal extent is a smaller fraction of the first are collinear. Chosen by hand.
 constexpr double kCollinearity = 1e-3;
+// The cameras of a rig that has no poses are all at the origin.
+constexpr double kMinExtent_m = 1e-6;
 
 struct CameraPair {
   const CameraModel* before;
@@ -123,7 +125,8 @@ std::vector<Vector3d> volume_points(const std::vector<CameraPair>& pairs) {
   return points;
 }
 
-double image_change_px(const CameraPair& pair, const Pose& old_from_new, const std::vector<Vector3d>& points) {
+std::optional<double> image_change_px(const CameraPair& pair, const Pose& old_from_new,
+                                      const std::vector<Vector3d>& points) {
   const Pose new_from_old = old_from_new.inverse();
   double sum = 0.0;
   int count = 0;
@@ -134,7 +137,7 @@ double image_change_px(const CameraPair& pair, const Pose& old_from_new, const s
     sum += (after->v - before->v).squaredNorm();
     ++count;
   }
-  return count > 0 ? std::sqrt(sum / count) : 0.0;
+  return count > 0 ? std::optional(std::sqrt(sum / count)) : std::nullopt;
 }
 
 CameraChange change_of(const CameraPair& pair, const Pose& old_from_new) {
@@ -173,6 +176,14 @@ Result<RigChange> compare_rigs(const Rig& old_rig, const Rig& new_rig, RigAlignm
   if (pairs.size() < 2) {
     return Error{ErrorCode::InvalidArgument, fmt::format("{} camera{} in both rigs by name, expected two at least",
                                                          pairs.size(), pairs.size() == 1 ? " is" : "s are")};
+  }
+  for (const bool after : {false, true}) {
+    if (extent_of(pairs, after) > kMinExtent_m) continue;
+    return Error{
+        ErrorCode::InvalidArgument,
+        fmt::format("all cameras of the {} rig are at one place: it has lenses only, expected poses; calibrate "
+                    "it with mocap-calibrate wand",
+                    after ? "new" : "old")};
   }
   RigChange change;
   change.only_old = names_missing(old_rig, new_rig);

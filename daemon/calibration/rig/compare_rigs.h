@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,9 @@ struct CameraChange {
   double raw_position_m = 0.0;
   double raw_rotation_rad = 0.0;
   double focal_change = 0.0;  ///< relative change of the focal length; that of fx or fy, whichever is larger
-  double image_px = 0.0;      ///< rms displacement in the image of points in the volume in front of the cameras
+  /// Rms displacement in the image of points in the volume in front of the cameras; nothing if none of them is in front
+  /// of the camera in both rigs: it was turned away.
+  std::optional<double> image_px;
 };
 
 struct RigChange {
@@ -38,7 +41,8 @@ struct RigChange {
   double world_rotated_rad = 0.0;  ///< rotation of the world frame
 };
 
-/// Compares two rigs; cameras correspond by name. Fails with InvalidArgument if fewer than two cameras are in both.
+/// Compares two rigs; cameras correspond by name. Fails with InvalidArgument if fewer than two cameras are in both, or
+/// if all cameras of a rig are at one place: it has no poses.
 Result<RigChange> compare_rigs(const Rig& old_rig, const Rig& new_rig, RigAlignment alignment);
 
 }  // namespace mocap::calibration
