@@ -27,5 +27,12 @@ TEST(ImageCells, NamesNoRegionIfEveryRegionIsHalfCovered) {
   EXPECT_EQ(least_covered_region(cells, kImageCells), "");
 }
 
+TEST(ImageCells, CountsRowByRowFromTheTopLeft) {
+  EXPECT_EQ(cell_of({0.0, 0.0}, 1280, 1024), 0U);
+  EXPECT_EQ(cell_of({1279.0, 0.0}, 1280, 1024), 7U);
+  EXPECT_EQ(cell_of({160.0, 128.0}, 1280, 1024), 9U);
+  EXPECT_EQ(cell_of({1300.0, 1100.0}, 1280, 1024), 63U) << "outside: the nearest cell";
+}
+
 }  // namespace image_cells_test
 }  // namespace mocap::calibration

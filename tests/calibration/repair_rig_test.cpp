@@ -26,16 +26,22 @@ CameraModel bumped(CameraModel camera) {
   return camera;
 }
 
+struct Volume {
+  int markers = 5;
+  double extent = 1.0;  ///< 0: all markers of all instants are at one place
+};
+
 /// Markers at random positions, observed by true cameras with little noise. The association is known.
-class IdealRecording final : public MarkerRecording {
+class IdealRecording : public MarkerRecording {
  public:
-  IdealRecording(Rig truth, int instants) : truth_(std::move(truth)) {
+  IdealRecording(Rig truth, int instants, Volume volume = {}) : truth_(std::move(truth)) {
     scene::Random random(4);
     for (int i = 0; i < instants; ++i) {
       auto& set = sets_.emplace_back();
-      for (int m = 0; m < 5; ++m) {
+      for (int m = 0; m < volume.markers; ++m) {
         auto& marker = set.emplace_back();
-        const Eigen::Vector3d at(2.0 * random.uniform() - 1.0, 2.0 * random.uniform() - 1.0, 0.5 + random.uniform());
+        const Eigen::Vector3d off(2.0 * random.uniform() - 1.0, 2.0 * random.uniform() - 1.0, random.uniform() - 0.5);
+        const Eigen::Vector3d at = Eigen::Vector3d(0.0, 0.0, 1.0) + volume.extent * off;
         for (const CameraModel& camera : truth_) {
           Blob blob;
           blob.centroid = *geometry::project(camera, {at});
@@ -112,6 +118,76 @@ TEST(RepairRig, RestoresABumpedCamera) {
       EXPECT_LT((repaired->rig[c].centre().v - recording.truth()[c].centre().v).norm(), 1e-3) << c;  // m
     EXPECT_LT(repaired->after_px, 0.06);
   }
+}
+
+TEST(RepairRig, RefusesABumpedCameraThatSawOnePlaceOnly) {
+  const IdealRecording recording(scene::ring_rig({.cameras = 6}), 200, {.markers = 1, .extent = 0.0});
+  Rig rig = recording.truth();
+  rig[1] = bumped(rig[1]);
+
+  const auto repaired = repair_rig(recording, rig, recording.deviations(rig), 1);
+
+  ASSERT_FALSE(repaired);
+  EXPECT_THAT(repaired.error().message, HasSubstr("camera '" + rig[1].name + "' was moved, and its"));
+  EXPECT_THAT(repaired.error().message, HasSubstr("expected to 5 mm and 0.1 degrees; move markers through the image"));
+}
+
+TEST(RepairRig, RefusesViewsOfOnePlace) {
+  const IdealRecording recording(scene::ring_rig({.cameras = 6}), 200, {.markers = 1, .extent = 0.0});
+
+  const auto repaired = repair_rig(recording, recording.truth(), recording.deviations(recording.truth()), 1);
+
+  ASSERT_FALSE(repaired);
+  EXPECT_THAT(repaired.error().message, HasSubstr("no camera has 100 views of markers in 8 of the 64 parts"));
+}
+
+/// The third camera sees markers at the first instants only.
+class WithShyCamera final : public IdealRecording {
+ public:
+  using IdealRecording::IdealRecording;
+
+  void triangulate(const Rig& rig, const std::vector<bool>& excluded,
+                   const std::function<void(const TriangulatedSet&)>& visit) const override {
+    int instant = 0;
+    IdealRecording::triangulate(rig, excluded, [&](TriangulatedSet set) {
+      for (TriangulatedMarker& marker : set.markers) {
+        std::erase_if(marker.views,
+                      [&](const MarkerView& view) { return instant >= 10 && view.camera == CameraId{2}; });
+      }
+      ++instant;
+      visit(set);
+    });
+  }
+};
+
+TEST(RepairRig, KeepsAndNamesACameraWithTooFewViews) {
+  const WithShyCamera recording(scene::ring_rig({.cameras = 6}), 60);
+  Rig rig = recording.truth();
+  scene::Random random(8);
+  for (CameraModel& camera : rig)
+    camera.camera_from_world.translation += 1e-4 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+
+  const auto repaired = repair_rig(recording, rig, recording.deviations(rig), 1);
+
+  ASSERT_TRUE(repaired) << repaired.error().message;
+  ASSERT_EQ(repaired->kept.size(), 1U);
+  EXPECT_EQ(repaired->kept[0].name, rig[2].name);
+  EXPECT_EQ(repaired->kept[0].views, 50U);
+  for (std::size_t c = 0; c < rig.size(); ++c) {
+    const bool is_same = repaired->rig[c].camera_from_world.translation == rig[c].camera_from_world.translation;
+    EXPECT_EQ(is_same, c == 2) << c;
+  }
+}
+
+TEST(RepairRig, NamesNoCameraIfTooFewViewsRemainWithoutAnyOne) {
+  const IdealRecording recording(scene::ring_rig({.cameras = 4}), 6);  // 90 views without one camera
+  Rig rig = recording.truth();
+  rig[1] = bumped(rig[1]);
+
+  const auto repaired = repair_rig(recording, rig, recording.deviations(rig), 1);
+
+  ASSERT_FALSE(repaired);
+  EXPECT_THAT(repaired.error().message, HasSubstr("the moved one cannot be found"));
 }
 
 TEST(RepairRig, RefusesTooFewMarkers) {

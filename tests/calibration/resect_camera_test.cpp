@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -71,11 +72,38 @@ TEST(ResectCamera, EstimatesThePoseOfABumpedCameraAndItsUncertainty) {
     ASSERT_TRUE(fitted);
     EXPECT_EQ(fitted->used, 190U);
     squares += (fitted->camera.centre().v - truth.centre().v).squaredNorm();
-    predicted += fitted->uncertainty.position_m * fitted->uncertainty.position_m;
+    ASSERT_TRUE(fitted->uncertainty);
+    predicted += fitted->uncertainty->position_m * fitted->uncertainty->position_m;
   }
   EXPECT_LT(std::sqrt(squares / 12.0), 5e-4);
   // 36 degrees of freedom: the ratio has a standard deviation of 12 %.
   EXPECT_NEAR(std::sqrt(predicted / squares), 1.0, 0.35);
+}
+
+// The bounds of repair_rig are 5 mm and 0.1 degrees.
+TEST(ResectCamera, AHundredViewsOfAVolumeDetermineThePoseToAMillimetre) {
+  const CameraModel truth = some_camera();
+  for (std::uint64_t seed = 20; seed < 30; ++seed) {
+    const auto fitted = resect_pose(truth, sights_of(truth, 100, 0.1, seed));
+
+    ASSERT_TRUE(fitted && fitted->uncertainty);
+    EXPECT_LT(fitted->uncertainty->position_m, 0.001);
+    EXPECT_LT(fitted->uncertainty->rotation_rad, 0.02 * std::numbers::pi / 180.0);
+    RecordProperty("sigma_mm_" + std::to_string(seed), std::to_string(1e3 * fitted->uncertainty->position_m));
+    RecordProperty("sigma_mdeg_" + std::to_string(seed),
+                   std::to_string(1e3 * fitted->uncertainty->rotation_rad * 180.0 / std::numbers::pi));
+  }
+}
+
+TEST(ResectCamera, ReportsThatOnePointDoesNotDetermineThePose) {
+  const CameraModel truth = some_camera();
+  const std::vector<PointObservation> observations(100, sights_of(truth, 1, 0.1, 4).front());
+
+  const auto fitted = resect_pose(truth, observations);
+
+  if (fitted && fitted->uncertainty) {
+    EXPECT_GT(fitted->uncertainty->position_m, 0.1);
+  }
 }
 
 TEST(ResectCamera, RefusesCoplanarPoints) {

@@ -1,5 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 
 #include "calibrate/floor_command.h"
@@ -25,10 +28,10 @@ using ::testing::Not;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-Take still_points(const Rig& rig, std::span<const Eigen::Vector3d> points, std::uint64_t seed) {
+Take still_points(const Rig& rig, std::span<const Eigen::Vector3d> points, std::uint64_t seed, double seconds = 3.0) {
   scene::Random random(seed);
   Take take;
-  for (double t = 0.0; t < 3.0; t += 1.0 / 60.0) test::see_points(rig, points, t, random, take);
+  for (double t = 0.0; t < seconds; t += 1.0 / 60.0) test::see_points(rig, points, t, random, take);
   return take;
 }
 
@@ -63,6 +66,10 @@ class RigCommands : public ::testing::Test {
     calibrate::testing::write_recording(path("take.blobs"), take, rig);
     EXPECT_TRUE(settings::save_rig(path("rig.toml"), rig, {}));
     return {"--blobs", path("take.blobs"), "--rig", path("rig.toml")};
+  }
+  std::string text_of(const char* name) const {
+    std::ifstream file(path(name));
+    return {std::istreambuf_iterator<char>(file), {}};
   }
   Outcome verify(const std::vector<std::string>& arguments) const {
     return run<VerifyOptions>(add_verify_command, run_verify, "verify", arguments);
@@ -204,6 +211,60 @@ TEST_F(RigCommands, RefineRefusesARecordingWithoutMarkers) {
   EXPECT_THAT(refined.output, HasSubstr("expected at least 50"));
 }
 
+// One marker that lies still.
+const std::vector<Eigen::Vector3d> kOneMarker{{0.3, 0.2, 1.0}};
+
+TEST_F(RigCommands, VerifyAndRefineDecideNothingByOneStillMarker) {
+  const Rig truth = eight_cameras();
+  Rig file = truth;  // a camera is rotated about its ray to the marker, which does not show in its image
+  const Eigen::Vector3d ray = (truth[3].camera_from_world * WorldPoint{kOneMarker[0]}).v.normalized();
+  const Eigen::AngleAxisd turn(3.0 * kDegree, ray);
+  file[3].camera_from_world.rotation = turn * truth[3].camera_from_world.rotation;
+  file[3].camera_from_world.translation = turn * truth[3].camera_from_world.translation;
+  const auto arguments = files(still_points(truth, kOneMarker, 31), file);
+  const std::string before = text_of("rig.toml");
+
+  const Outcome verified = verify(arguments);
+  const Outcome refined = refine(arguments);
+
+  EXPECT_EQ(verified.exit, kExitData) << verified.output;
+  EXPECT_THAT(verified.output, HasSubstr("camera " + file[3].name + ": undetermined; its markers cover"));
+  EXPECT_THAT(verified.output, HasSubstr("8 of 8 cameras are undetermined"));
+  EXPECT_EQ(refined.exit, kExitData) << refined.output;
+  EXPECT_EQ(text_of("rig.toml"), before);
+}
+
+TEST_F(RigCommands, RefineRefusesABumpedCameraThatSawOneStillMarker) {
+  const Rig file = eight_cameras();
+  Rig truth = file;
+  truth[5] = bumped(truth[5], 0.3 * kDegree, 0.005);
+  const auto arguments = files(still_points(truth, kOneMarker, 32, 10.0), file);
+  const std::string before = text_of("rig.toml");
+
+  const Outcome refined = refine(arguments);
+
+  EXPECT_EQ(refined.exit, kExitData);
+  EXPECT_THAT(refined.output, HasSubstr("camera '" + file[5].name + "' was moved, and its"));
+  EXPECT_THAT(refined.output, HasSubstr("move markers through the image"));
+  EXPECT_EQ(text_of("rig.toml"), before);
+}
+
+TEST_F(RigCommands, RefineNamesACameraThatItCouldNotJudge) {
+  Rig rig = eight_cameras();
+  const Eigen::Vector3d centre = rig[4].centre().v;  // the markers are at the border of its image
+  rig[4].camera_from_world.rotation =
+      Eigen::AngleAxisd(45.0 * kDegree, Eigen::Vector3d::UnitY()) * rig[4].camera_from_world.rotation;
+  rig[4].camera_from_world.translation = -(rig[4].camera_from_world.rotation * centre);
+
+  const Outcome ran = refine(files(moving_markers(rig, 33), rig));
+
+  EXPECT_EQ(ran.exit, kExitData);
+  EXPECT_THAT(ran.output, HasSubstr("camera " + rig[4].name + ": kept as it was: "));
+  const auto refined = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(refined);
+  EXPECT_LT(((*refined)[4].centre().v - rig[4].centre().v).norm(), 1e-9);
+}
+
 // --- the floor -------------------------------------------------------------------------------------------------------
 
 const std::vector<Eigen::Vector3d> kFrame{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, 0.4, 0.0}};
@@ -278,6 +339,19 @@ TEST_F(RigCommands, FloorFitsThePlaneThroughMarkers) {
   const auto rig = settings::load_rig(path("rig.toml"));
   ASSERT_TRUE(rig);
   for (const CameraModel& camera : *rig) EXPECT_NEAR(camera.centre().v.z(), 2.5, 3e-3);
+}
+
+TEST_F(RigCommands, FloorSaysThatThreeMarkersAreNoCheck) {
+  const Rig truth = eight_cameras();
+  const std::vector<Eigen::Vector3d> three{{-0.9, 0.1, 0.0}, {0.8, -0.2, 0.0}, {0.1, 0.9, 0.3}};
+  auto arguments = files(still_points(truth, three, 7), truth);
+  arguments.emplace_back("--markers");
+
+  const Outcome ran = floor(arguments);
+
+  EXPECT_EQ(ran.exit, kExitOk) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("not checked: three markers always fit"));
+  EXPECT_THAT(text_of("rig.toml"), Not(HasSubstr("floor_rms_mm")));
 }
 
 }  // namespace refine_command_test

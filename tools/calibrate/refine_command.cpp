@@ -4,6 +4,7 @@
 
 #include "calibrate/repair_recording.h"
 #include "calibrate/rig_output.h"
+#include "calibration/image_cells.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -13,6 +14,16 @@ void report(const RecordingRepair& repaired, const Rig& before) {
   for (const calibration::RepairedCamera& camera : repaired.cameras) {
     fmt::print("camera {}: was rotated by {:.3f} degrees and moved by {:.2f} mm\n", camera.name,
                camera.rotated_rad * 180.0 / std::numbers::pi, 1e3 * camera.moved_m);
+  }
+  for (const calibration::KeptCamera& camera : repaired.kept) {
+    fmt::print("camera {}: kept as it was: ", camera.name);
+    if (camera.views < calibration::kMinRepairViews) {
+      fmt::print("only {} views of markers that three cameras see, expected at least {}\n", camera.views,
+                 calibration::kMinRepairViews);
+    } else {
+      fmt::print("its {} views of markers cover only {} of {} parts of its image, expected at least {}\n", camera.views,
+                 camera.cells, calibration::CoveredCells{}.size(), calibration::kMinCoveredCells);
+    }
   }
   fmt::print("rig: residual {:.3f} px before, {:.3f} px after\n", repaired.before_px, repaired.after_px);
 }
@@ -67,9 +78,18 @@ int run_refine(const RefineOptions& options) {
     return repaired.error().exit;
   }
   report(*repaired, *rig);
-  if (options.dry_run) return kExitOk;
-  return write_rig(options.out.empty() ? file : options.out, repaired->rig, {{"refined_px", repaired->after_px}},
-                   "refine");
+  if (!options.dry_run) {
+    const int written = write_rig(options.out.empty() ? file : options.out, repaired->rig,
+                                  {{"refined_px", repaired->after_px}}, "refine");
+    if (written != kExitOk) return written;
+  }
+  if (repaired->kept.empty()) return kExitOk;
+  std::fflush(stdout);
+  print_message(
+      "{} of {} cameras could not be judged and are as they were; move markers through their images, where two "
+      "other cameras see them, too",
+      repaired->kept.size(), rig->size());
+  return kExitData;
 }
 
 }  // namespace mocap::calibrate

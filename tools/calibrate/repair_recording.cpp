@@ -72,8 +72,8 @@ Result<RecordingRepair, Failure> repair_from_recording(const take::BlobRecording
   auto repaired = calibration::repair_rig(PipelineRecording(used, settings.drift_px), before,
                                           deviations_of(deviations.drifts), settings.threads);
   if (!repaired) return Failure{kExitData, repaired.error().message};
-  return RecordingRepair{std::move(repaired->rig), std::move(repaired->cameras), deviations.bump, repaired->before_px,
-                         repaired->after_px};
+  return RecordingRepair{std::move(repaired->rig), std::move(repaired->cameras), std::move(repaired->kept),
+                         deviations.bump,          repaired->before_px,          repaired->after_px};
 }
 
 }  // namespace mocap::calibrate

@@ -19,8 +19,9 @@ struct RepairSettings {
 struct RecordingRepair {
   Rig rig;
   std::vector<calibration::RepairedCamera> cameras;
-  std::optional<CameraBump> bump;  ///< only what followed it was used
-  double before_px = 0.0;          ///< as in calibration::RepairedRig
+  std::vector<calibration::KeptCamera> kept;  ///< as in calibration::RepairedRig
+  std::optional<CameraBump> bump;             ///< only what followed it was used
+  double before_px = 0.0;                     ///< as in calibration::RepairedRig
   double after_px = 0.0;
 };
 

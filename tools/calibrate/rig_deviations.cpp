@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "calibrate/marker_pipeline.h"
+#include "calibration/image_cells.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -25,13 +26,30 @@ std::pair<Timestamp, Timestamp> span_of(const take::BlobRecording& recording) {
   return span;
 }
 
+// With fewer cameras a view says nothing: the marker was fitted to it. As in the drift watch.
+constexpr std::uint32_t kMinCamerasOfView = 4;
+
+void cover(const PipelineOutput& output, const Rig& rig, std::vector<calibration::CoveredCells>& covered) {
+  for (const Marker& marker : output.markers) {
+    if (marker.cameras < kMinCamerasOfView) continue;
+    for (const BlobRef& ref : output.matches.matches[marker.match].sightings) {
+      const BlobFrame& view = *output.frames.views[ref.view];
+      const CameraModel& camera = rig[view.camera.value];
+      covered[view.camera.value].set(
+          calibration::cell_of(view.blobs[ref.blob].centroid.v, camera.width_px, camera.height_px));
+    }
+  }
+}
+
 // Runs the daemon's drift watch and records the last bump.
 RigDeviations run_watch(const take::BlobRecording& recording, const Rig& rig, const drift::DriftSettings& settings) {
   const auto [begin, end] = span_of(recording);
   RigDeviations deviations;
   std::vector<bool> undrifted(rig.size(), false);
+  std::vector<calibration::CoveredCells> covered(rig.size());
   drift::DriftWatch watch(settings, rig);
   run_pipeline(recording, rig, {}, [&, first = begin, last = end](const PipelineOutput& output) {
+    cover(output, rig, covered);
     const CameraId camera = watch.update(output.frames, output.matches, output.markers);
     const drift::CameraDrift& drift = watch.camera(camera);
     if (drift.views < kMinViews) return;
@@ -39,9 +57,11 @@ RigDeviations run_watch(const take::BlobRecording& recording, const Rig& rig, co
     if (!drift.drifted || !undrifted[camera.value]) return;
     undrifted[camera.value] = false;
     if (to_s(last - output.frames.exposed_at) < kMinTimeAfterBump_s) return;
+    covered.assign(rig.size(), {});
     deviations.bump = {camera.value, output.frames.exposed_at, to_s(output.frames.exposed_at - first)};
   });
   for (std::uint32_t c = 0; c < rig.size(); ++c) deviations.drifts.push_back(watch.camera(CameraId{c}));
+  for (const calibration::CoveredCells& cells : covered) deviations.covered_cells.push_back(cells.count());
   return deviations;
 }
 
@@ -60,6 +80,12 @@ take::BlobRecording since(const take::BlobRecording& recording, Timestamp from) 
 take::BlobRecording last_of(const take::BlobRecording& recording, double seconds) {
   const auto [begin, end] = span_of(recording);
   return end <= begin ? recording : since(recording, end - from_s(seconds));
+}
+
+bool is_undetermined(const RigDeviations& deviations, std::size_t camera) {
+  const drift::CameraDrift& drift = deviations.drifts[camera];
+  return drift.views < kMinViews ||
+         (!drift.drifted && deviations.covered_cells[camera] < calibration::kMinCoveredCells);
 }
 
 RigDeviations measure_deviations(const take::BlobRecording& recording, const Rig& rig, double drift_px) {

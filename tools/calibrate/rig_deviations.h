@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -24,8 +25,15 @@ struct CameraBump {
 /// The deviations of all cameras from their rig.
 struct RigDeviations {
   std::vector<drift::CameraDrift> drifts;  ///< by CameraId; after the last bump if there was one
-  std::optional<CameraBump> bump;          ///< the last one
+  /// By CameraId: cells of the image (calibration::CoveredCells) with a view of a marker that four cameras or more see;
+  /// after the last bump if there was one.
+  std::vector<std::size_t> covered_cells;
+  std::optional<CameraBump> bump;  ///< the last one
 };
+
+/// Whether the markers decide nothing about a camera: its views are too few, or they cover so little of its image that
+/// a rotation about their rays would not show. A camera that deviates needs no coverage.
+bool is_undetermined(const RigDeviations& deviations, std::size_t camera);
 
 /// Measures the deviations with the daemon's pipeline and its drift watch. Without a bump, the whole recording counts
 /// equally; with a bump, only what followed.

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "calibrate/rig_deviations.h"
+#include "calibration/image_cells.h"
 #include "lib/rigcheck/recorded_spots.h"
 
 namespace mocap::calibrate {
@@ -16,13 +17,20 @@ bool fits(const calibration::RigDiagnosis& diagnosis, std::size_t camera) {
   });
 }
 
-void report(const CameraModel& camera, const drift::CameraDrift& drift, bool fits) {
+void report(const CameraModel& camera, const RigDeviations& deviations, std::size_t index, bool fits) {
+  const drift::CameraDrift& drift = deviations.drifts[index];
   if (!fits) {
     fmt::print("camera {}: does not fit the rig\n", camera.name);
     return;
   }
   if (drift.views < kMinViews) {
     fmt::print("camera {}: undetermined; too few markers that this and three other cameras see\n", camera.name);
+    return;
+  }
+  if (is_undetermined(deviations, index)) {
+    fmt::print("camera {}: undetermined; its markers cover {} of {} parts of its image, expected at least {}\n",
+               camera.name, deviations.covered_cells[index], calibration::CoveredCells{}.size(),
+               calibration::kMinCoveredCells);
     return;
   }
   fmt::print(
@@ -89,20 +97,22 @@ int run_verify(const VerifyOptions& options) {
   const std::vector<drift::CameraDrift>& drifts = deviations.drifts;
   if (deviations.bump) fmt::print("{}\n", describe(*deviations.bump, *rig));
   const calibration::RigDiagnosis diagnosis = diagnose(gathered->recording, *rig, deviations);
-  for (std::size_t c = 0; c < rig->size(); ++c) report((*rig)[c], drifts[c], fits(diagnosis, c));
+  for (std::size_t c = 0; c < rig->size(); ++c) report((*rig)[c], deviations, c, fits(diagnosis, c));
   std::fflush(stdout);
   print_findings(diagnosis, *rig);
   if (!diagnosis.findings.empty()) return kExitData;
   const auto deviating = std::ranges::count_if(drifts, &drift::CameraDrift::drifted);
-  const auto undetermined = std::ranges::count_if(drifts, [](const auto& drift) { return drift.views < kMinViews; });
+  std::size_t undetermined = 0;
+  for (std::size_t c = 0; c < rig->size(); ++c) undetermined += is_undetermined(deviations, c) ? 1 : 0;
   if (deviating > 0)
     print_message("{} of {} cameras deviate from the rig; repair the rig with mocap-calibrate refine", deviating,
                   rig->size());
   if (rig->size() < calibration::kMinDiagnosedCameras)
     print_message("a rig of {} cameras cannot be judged; three cameras or more are needed", rig->size());
   else if (undetermined > 0)
-    print_message("{} of {} cameras are undetermined; move markers in the common view of four cameras", undetermined,
-                  rig->size());
+    print_message(
+        "{} of {} cameras are undetermined; move markers through the whole volume, where four cameras see them",
+        undetermined, rig->size());
   return deviating > 0 || undetermined > 0 ? kExitData : kExitOk;
 }
 

@@ -47,7 +47,8 @@ struct RefineOptions {
 /// Adds the subcommand `refine`.
 void add_refine_command(cli::App& app, RefineOptions& options);
 
-/// Repairs a rig from moving markers: first bumped cameras, then all. Returns the exit code of the program.
+/// Repairs a rig from moving markers: first bumped cameras, then all. Returns the exit code of the program: kExitData
+/// if nothing was repaired, or if a camera could not be judged and was kept as it was.
 int run_refine(const RefineOptions& options);
 
 }  // namespace mocap::calibrate

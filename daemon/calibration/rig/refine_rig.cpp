@@ -13,9 +13,6 @@
 namespace mocap::calibration {
 namespace {
 
-// Chosen by hand; not yet measured.
-constexpr std::size_t kMinMarkers = 50;
-
 /// Reprojection residual of one marker with constant intrinsics, in units of its standard deviation.
 struct Reprojection {
   const CameraModel* camera;
@@ -88,7 +85,7 @@ double robust_rms_px(const Rig& rig, const std::vector<ObservedMarker>& markers,
 
 std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<ObservedMarker>& markers,
                                      const RefineRigSettings& settings) {
-  if (markers.size() < kMinMarkers) return std::nullopt;
+  if (markers.size() < kMinRefinedMarkers) return std::nullopt;
   Poses poses = poses_of(rig);
   std::vector<std::array<double, 3>> points;
   for (const ObservedMarker& marker : markers)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct ObservedMarker {
   std::vector<MarkerObservation> observations;
 };
 
+/// Fewer markers do not determine a rig. Chosen by hand; not yet measured.
+inline constexpr std::size_t kMinRefinedMarkers = 50;
+
 struct RefineRigSettings {
   /// Standard deviations of the prior on each camera's pose. The prior fixes the gauge: position, rotation and scale of
   /// the rig as a whole. Chosen by hand: several times the drift of a rig.
@@ -36,7 +40,7 @@ struct RefinedRig {
 
 /// Bundle adjustment of the extrinsics of all cameras and of the markers' positions; intrinsics are constant. Markers
 /// that move freely determine neither position, rotation nor scale of the rig as a whole: the prior keeps them. Nothing
-/// for fewer than 50 markers, or if Ceres finds no solution.
+/// for fewer than kMinRefinedMarkers markers, or if Ceres finds no solution.
 ///
 /// Source: Triggs et al., "Bundle adjustment - a modern synthesis" (2000).
 std::optional<RefinedRig> refine_rig(const Rig& rig, const std::vector<ObservedMarker>& markers,

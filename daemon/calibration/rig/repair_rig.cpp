@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "calibration/image_cells.h"
 #include "calibration/rig/refine_rig.h"
 #include "calibration/rig/resect_camera.h"
 #include "calibration/robust_statistics.h"
@@ -19,8 +21,6 @@ namespace {
 // Bounds of the work: more observations and markers are thinned out evenly.
 constexpr std::size_t kMaxObservations = 4000;
 constexpr std::size_t kMaxMarkersUsed = 4000;
-// Chosen by hand; not yet measured.
-constexpr std::size_t kMinObservations = 100;
 // Gates of a blob about its projected marker, before and after the first resection.
 constexpr double kGates_px[] = {6.0, 2.0};
 // A second blob within so many gates makes the nearest one ambiguous.
@@ -28,6 +28,11 @@ constexpr double kAmbiguityGates = 2.0;
 // Four cameras triangulate from three and still confirm each other without one of them.
 constexpr std::ptrdiff_t kMinUndriftedCameras = 4;
 constexpr std::size_t kMinViews = 3;
+constexpr double kDegree = std::numbers::pi / 180.0;
+// A less certain new pose is refused: it would be no better than the bumps that mocap-eval drift plants (5 mm and 0.3
+// degrees). 100 views of a volume give 0.3 to 0.4 mm and 0.006 to 0.008 degrees (resect_camera_test).
+constexpr double kMaxPositionSigma_m = 0.005;
+constexpr double kMaxRotationSigma_rad = 0.1 * kDegree;
 
 Error refusal(std::string message) { return {ErrorCode::InvalidArgument, std::move(message)}; }
 
@@ -75,24 +80,41 @@ std::vector<PointObservation> observations_of(const MarkerRecording& recording, 
   return thin_out(std::move(observations), kMaxObservations);
 }
 
+// Refuses a new pose that its views do not determine: many views may be views of one place.
+std::optional<Error> undetermined_pose(const FittedCamera& fitted) {
+  const std::optional<PoseUncertainty>& sigma = fitted.uncertainty;
+  if (sigma && sigma->position_m <= kMaxPositionSigma_m && sigma->rotation_rad <= kMaxRotationSigma_rad)
+    return std::nullopt;
+  const std::string figures = sigma ? fmt::format("only to {:.1f} mm and {:.2f} degrees", 1e3 * sigma->position_m,
+                                                  sigma->rotation_rad / kDegree)
+                                    : "not at all";
+  return refusal(fmt::format(
+      "camera '{}' was moved, and its {} views of markers determine its new pose {}, expected to {:.0f} mm "
+      "and {:.1f} degrees; move markers through the image of this camera, where three other cameras see "
+      "them, too",
+      fitted.camera.name, fitted.used, figures, 1e3 * kMaxPositionSigma_m, kMaxRotationSigma_rad / kDegree));
+}
+
 // Replaces the pose of one camera. `initial`: a pose that is about right.
 Result<RepairedCamera> repair_camera(const MarkerRecording& recording, const CameraFromWorld& initial,
                                      const std::vector<bool>& excluded, CameraId id, Rig& rig) {
   CameraModel& camera = rig[id.value];
   const CameraModel before = camera;
   camera.camera_from_world = initial;
+  std::optional<FittedCamera> resected;
   for (const double gate_px : kGates_px) {
     const auto observations = observations_of(recording, rig, excluded, id, gate_px);
-    const auto resected = observations.size() < kMinObservations ? std::nullopt : resect_pose(camera, observations);
+    resected = observations.size() < kMinRepairViews ? std::nullopt : resect_pose(camera, observations);
     if (!resected) {
       return refusal(
           fmt::format("camera '{}' was moved, and only {} views of markers that three other cameras see are left to "
                       "estimate its new pose, expected at least {}; move markers in the common view of this and other "
                       "cameras",
-                      camera.name, observations.size(), kMinObservations));
+                      camera.name, observations.size(), kMinRepairViews));
     }
     camera = resected->camera;
   }
+  if (auto error = undetermined_pose(*resected)) return *std::move(error);
   const Eigen::AngleAxisd rotation(
       Eigen::Matrix3d(camera.camera_from_world.rotation * before.camera_from_world.rotation.transpose()));
   return RepairedCamera{camera.name, std::abs(rotation.angle()), (camera.centre().v - before.centre().v).norm()};
@@ -111,14 +133,14 @@ double residual_without_px(const MarkerRecording& recording, const Rig& rig, std
       }
     }
   });
-  return residuals_px.size() < kMinObservations ? std::numeric_limits<double>::infinity()
-                                                : median(std::move(residuals_px));
+  return residuals_px.size() < kMinRepairViews ? std::numeric_limits<double>::infinity()
+                                               : median(std::move(residuals_px));
 }
 
 // Leave-one-out: the camera without which the residual of the others is smallest. A bumped camera among few makes other
-// cameras deviate, too.
-std::uint32_t leave_one_out(const MarkerRecording& recording, const Rig& rig) {
-  std::uint32_t worst = 0;
+// cameras deviate, too. Nothing if too few views are left without any of them.
+std::optional<std::uint32_t> leave_one_out(const MarkerRecording& recording, const Rig& rig) {
+  std::optional<std::uint32_t> worst;
   double least = std::numeric_limits<double>::infinity();
   for (std::uint32_t c = 0; c < rig.size(); ++c) {
     const double residual_px = residual_without_px(recording, rig, c);
@@ -145,7 +167,16 @@ std::optional<Error> repair_drifted(const MarkerRecording& recording, std::vecto
     const bool enough = static_cast<std::ptrdiff_t>(rig.size()) - drifted >= kMinUndriftedCameras;
     const auto worst = std::ranges::max_element(
         deviations, {}, [](const CameraDeviation& deviation) { return deviation.drifted ? deviation.off_px : -1.0; });
-    const auto c = enough ? static_cast<std::uint32_t>(worst - deviations.begin()) : leave_one_out(recording, rig);
+    const std::optional<std::uint32_t> found =
+        enough ? static_cast<std::uint32_t>(worst - deviations.begin()) : leave_one_out(recording, rig);
+    if (!found) {
+      return refusal(
+          fmt::format("{} of {} cameras deviate, and the moved one cannot be found: without any one camera, fewer than "
+                      "{} views of markers that three others see are left; move markers in the common view of four "
+                      "cameras, longer",
+                      drifted, rig.size(), kMinRepairViews));
+    }
+    const std::uint32_t c = *found;
     std::vector<bool> excluded(rig.size(), false);
     for (std::size_t i = 0; i < rig.size(); ++i) excluded[i] = i == c || (enough && deviations[i].drifted);
     const CameraFromWorld initial = deviations[c].drifted ? deviations[c].camera_from_world : rig[c].camera_from_world;
@@ -169,7 +200,59 @@ std::vector<ObservedMarker> observed_markers(const MarkerRecording& recording, c
       if (observed.observations.size() < kMinViews) all.pop_back();
     }
   });
-  return thin_out(std::move(all), kMaxMarkersUsed);
+  return all;
+}
+
+/// The views of one camera.
+struct Coverage {
+  std::size_t views = 0;
+  CoveredCells cells;
+
+  bool is_sufficient() const { return views >= kMinRepairViews && cells.count() >= kMinCoveredCells; }
+};
+
+std::vector<Coverage> coverage_of(const std::vector<ObservedMarker>& markers, const Rig& rig) {
+  std::vector<Coverage> coverage(rig.size());
+  for (const ObservedMarker& marker : markers) {
+    for (const MarkerObservation& view : marker.observations) {
+      const auto c = static_cast<std::size_t>(view.camera);
+      ++coverage[c].views;
+      coverage[c].cells.set(cell_of(view.at.v, rig[c].width_px, rig[c].height_px));
+    }
+  }
+  return coverage;
+}
+
+/// The cameras that an adjustment leaves out.
+struct LeftOut {
+  std::vector<bool> cameras;     ///< by CameraId
+  std::vector<KeptCamera> kept;  ///< the same
+};
+
+// Removes the views of cameras whose views do not determine their pose: they would pull the whole rig towards a camera
+// that may have been bumped. A camera whose pose was just estimated and judged stays.
+LeftOut leave_out_undetermined(const RepairedRig& repaired, std::vector<ObservedMarker>& markers) {
+  const Rig& rig = repaired.rig;
+  LeftOut left_out;
+  left_out.cameras.assign(rig.size(), false);
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    const std::vector<Coverage> coverage = coverage_of(markers, rig);
+    for (std::size_t c = 0; c < rig.size(); ++c) {
+      const bool is_repaired =
+          std::ranges::find(repaired.cameras, rig[c].name, &RepairedCamera::name) != repaired.cameras.end();
+      if (left_out.cameras[c] || is_repaired || coverage[c].is_sufficient()) continue;
+      left_out.cameras[c] = is_changed = true;
+      left_out.kept.push_back({rig[c].name, coverage[c].views, coverage[c].cells.count()});
+    }
+    for (ObservedMarker& marker : markers) {
+      std::erase_if(marker.observations, [&](const MarkerObservation& view) {
+        return left_out.cameras[static_cast<std::size_t>(view.camera)];
+      });
+    }
+    std::erase_if(markers, [](const ObservedMarker& marker) { return marker.observations.size() < kMinViews; });
+  }
+  return left_out;
 }
 
 }  // namespace
@@ -181,13 +264,25 @@ Result<RepairedRig> repair_rig(const MarkerRecording& recording, const Rig& befo
   if (auto error = repair_drifted(recording, std::move(deviations), repaired)) return *std::move(error);
   RefineRigSettings settings;
   settings.threads = threads;
-  const auto markers = observed_markers(recording, repaired.rig);
-  auto refined = refine_rig(repaired.rig, markers, settings);
+  auto markers = observed_markers(recording, repaired.rig);
+  const bool are_enough = markers.size() >= kMinRefinedMarkers;
+  LeftOut left_out;
+  if (are_enough) left_out = leave_out_undetermined(repaired, markers);
+  if (are_enough && left_out.kept.size() == before.size()) {
+    return refusal(
+        fmt::format("no camera has {} views of markers in {} of the {} parts of its image: the views do not "
+                    "determine the rig; move markers through the whole volume",
+                    kMinRepairViews, kMinCoveredCells, kImageCells * kImageCells));
+  }
+  auto refined = refine_rig(repaired.rig, thin_out(markers, kMaxMarkersUsed), settings);
   if (!refined) {
     return refusal(
-        fmt::format("{} markers that three cameras or more see, expected at least 50; move markers through the whole "
+        fmt::format("{} markers that three cameras or more see, expected at least {}; move markers through the whole "
                     "volume, longer",
-                    markers.size()));
+                    markers.size(), kMinRefinedMarkers));
+  }
+  for (std::size_t c = 0; c < before.size(); ++c) {
+    if (left_out.cameras[c]) refined->rig[c] = repaired.rig[c];  // without the rounding of the adjustment
   }
   const auto after = recording.deviations(refined->rig);
   for (std::size_t c = 0; c < after.size(); ++c) {
@@ -198,6 +293,7 @@ Result<RepairedRig> repair_rig(const MarkerRecording& recording, const Rig& befo
                       before[c].name, after[c].off_px));
     }
   }
+  repaired.kept = std::move(left_out.kept);
   repaired.rig = std::move(refined->rig);
   repaired.before_px = refined->before_px;
   repaired.after_px = refined->after_px;

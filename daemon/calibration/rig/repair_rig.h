@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <span>
@@ -61,9 +62,20 @@ struct RepairedCamera {
   double moved_m = 0.0;
 };
 
+/// A camera whose pose was not changed, because its views of markers are too few or cover too little of its image.
+struct KeptCamera {
+  std::string name;
+  std::size_t views = 0;  ///< of markers that three cameras or more see
+  std::size_t cells = 0;  ///< of its image that the views cover, of kImageCells x kImageCells
+};
+
+/// Fewer views of markers do not determine the pose of a camera. Chosen by hand; not yet measured.
+inline constexpr std::size_t kMinRepairViews = 100;
+
 struct RepairedRig {
   Rig rig;
   std::vector<RepairedCamera> cameras;  ///< in the order of their repair
+  std::vector<KeptCamera> kept;         ///< not all cameras
   double before_px = 0.0;               ///< robust rms per axis, after the repair of single cameras
   double after_px = 0.0;                ///< after the adjustment of all cameras
 };
@@ -75,8 +87,9 @@ struct RepairedRig {
 /// the triangulation at once. With fewer, leave-one-out validation finds the bumped camera: the one without which the
 /// others agree best (decisions/0005).
 ///
-/// Fails with InvalidArgument and an advice if the markers are too few, if half of the cameras or more drifted, or if a
-/// camera still deviates afterwards (its lens has changed).
+/// Fails with InvalidArgument and an advice if the markers are too few or cover too little of all images, if the views
+/// of a bumped camera do not determine its pose to 5 mm and 0.1 degrees, if half of the cameras or more drifted, if no
+/// bumped camera can be found, or if a camera still deviates afterwards (its lens has changed).
 Result<RepairedRig> repair_rig(const MarkerRecording& recording, const Rig& before,
                                std::vector<CameraDeviation> deviations, int threads);
 

@@ -79,14 +79,15 @@ double residual_length_px(const CameraModel& camera, const PointObservation& obs
   return at ? (at->v - observation.at.v).norm() : 1e9;
 }
 
-PoseUncertainty pose_uncertainty(ceres::Problem& problem, const Parameters& parameters, const CameraModel& camera,
-                                 double variance) {
+// Nothing if the normal equations of the pose are singular.
+std::optional<PoseUncertainty> pose_uncertainty(ceres::Problem& problem, const Parameters& parameters,
+                                                const CameraModel& camera, double variance) {
   ceres::Covariance covariance({});
   const double* pose = parameters.pose.data();
   const std::vector<std::pair<const double*, const double*>> blocks{{pose, pose}};
-  if (!covariance.Compute(blocks, &problem)) return {};
+  if (!covariance.Compute(blocks, &problem)) return std::nullopt;
   Eigen::Matrix<double, kPoseSize, kPoseSize, Eigen::RowMajor> all;
-  if (!covariance.GetCovarianceBlock(pose, pose, all.data())) return {};
+  if (!covariance.GetCovarianceBlock(pose, pose, all.data())) return std::nullopt;
   // centre = -R^T t, so its derivative by a small rotation is -R^T [t]x to first order.
   Eigen::Matrix<double, 3, 6> jacobian;
   Matrix3d cross;
@@ -95,8 +96,10 @@ PoseUncertainty pose_uncertainty(ceres::Problem& problem, const Parameters& para
   jacobian.leftCols<3>() = -camera.camera_from_world.rotation.transpose() * cross;
   jacobian.rightCols<3>() = -camera.camera_from_world.rotation.transpose();
   const Eigen::Matrix<double, kPoseSize, kPoseSize> scaled = variance * all;
-  return {std::sqrt((jacobian * scaled * jacobian.transpose()).trace()),
-          std::sqrt(scaled.topLeftCorner<3, 3>().trace())};
+  const PoseUncertainty uncertainty{std::sqrt((jacobian * scaled * jacobian.transpose()).trace()),
+                                    std::sqrt(scaled.topLeftCorner<3, 3>().trace())};
+  if (!std::isfinite(uncertainty.position_m) || !std::isfinite(uncertainty.rotation_rad)) return std::nullopt;
+  return uncertainty;
 }
 
 // Robust least squares from `start`. `free`: indices of the free intrinsic parameters.

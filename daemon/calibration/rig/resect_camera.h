@@ -18,14 +18,15 @@ struct PointObservation {
 /// The result of a resection.
 struct FittedCamera {
   CameraModel camera;
-  double rms_px = 0.0;   ///< per axis, of the inliers
-  std::size_t used = 0;  ///< number of inliers
-  PoseUncertainty uncertainty;
+  double rms_px = 0.0;                         ///< per axis, of the inliers
+  std::size_t used = 0;                        ///< number of inliers
+  std::optional<PoseUncertainty> uncertainty;  ///< nothing: the observations do not determine the pose
 };
 
 /// Resection with known intrinsics: the pose of a camera from points with known positions, by robust least squares from
 /// the pose of `start`, which may be wrong by a few degrees and centimetres. Outliers (kOutlierSigmas) are removed.
-/// Nothing for fewer than 6 inliers, or if the problem has no solution.
+/// Nothing for fewer than 6 inliers, or if the problem has no solution. Many observations at few places may still leave
+/// the pose undetermined: see `uncertainty`.
 std::optional<FittedCamera> resect_pose(const CameraModel& start, std::span<const PointObservation> observations);
 
 /// Resection with unknown intrinsics: pose, focal lengths, principal point and distortion from points that are not in
