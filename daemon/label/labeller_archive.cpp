@@ -13,7 +13,8 @@ void SubjectLabeller::LabelMemory::archive(Archive& members) {
 // `match_tracks` and `predict` set the members that are missing here, or they are scratch of one set.
 void SubjectLabeller::archive(Archive& members) {
   kinematics::archive_offsets(set_, members);
-  members(constraints_, body_, phase_, at_, determined_at_, enough_at_, plausible_at_, memories_, participates_);
+  members(constraints_, body_, phase_, identifications_, at_, determined_at_, enough_at_, plausible_at_, memories_,
+          participates_);
   members(usual_residual_m_, limb_, initial_tracks_, cooldown_, in_limb_, unreliable_, fit_);
   if (members.is_reading() && !has_valid_memories()) members.fail();
 }

@@ -340,6 +340,7 @@ bool SubjectLabeller::recognise(const RecognisedSubject& found, LabelledTracks& 
     return false;
   }
   phase_ = SubjectPhase::Tracking;
+  ++identifications_;
   determined_at_ = enough_at_ = plausible_at_ = at;
   return true;
 }
@@ -358,6 +359,7 @@ void SubjectLabeller::learn(const RecognisedSubject& found) {
 void SubjectLabeller::write_labels(const LabelledTracks& tracks, SubjectLabels& into) const {
   into.subject = id_;
   into.phase = phase_;
+  into.identifications = identifications_;
   into.markers.clear();
   for (std::size_t m = 0; m < memories_.size(); ++m) {
     LabelledMarker& label = into.markers.push_back({});
@@ -390,10 +392,6 @@ void SubjectLabeller::set_offsets(std::span<const Eigen::Vector3d> rest_offsets_
   body_.refit(rest_offsets_m, marker_offsets_m);
 }
 
-std::optional<SubjectFit> SubjectLabeller::take_fit() {
-  std::optional<SubjectFit> fit = fit_;
-  fit_.reset();
-  return fit;
-}
+std::optional<SubjectFit> SubjectLabeller::take_fit() { return std::exchange(fit_, std::nullopt); }
 
 }  // namespace mocap::label

@@ -233,6 +233,7 @@ class SubjectLabeller {
   identify::DistanceConstraints constraints_;
   pose::SkeletonTracker body_;
   SubjectPhase phase_ = SubjectPhase::Searching;
+  std::uint32_t identifications_ = 0;
   Timestamp at_;
   Timestamp determined_at_;  // last set with enough measured labels to determine a pose
   Timestamp enough_at_;      // last set with enough labels

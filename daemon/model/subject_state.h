@@ -43,6 +43,9 @@ struct SubjectLabels {
   SubjectId subject;
   SubjectPhase phase = SubjectPhase::Searching;
   BoundedVector<LabelledMarker, kMaxLabels> markers;
+  /// How often the subject was identified so far. A new identification begins a new track of the body, even if the
+  /// phase was Tracking in the set before. Not published.
+  std::uint32_t identifications = 0;
 };
 
 using Labels = BoundedVector<SubjectLabels, kMaxSubjects>;

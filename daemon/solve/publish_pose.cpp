@@ -121,7 +121,6 @@ void SubjectSolver::write_pose(Timestamp at, SubjectPose& into) {
     bone.parent_from_bone = {locals[b].position, memory.published_local};
     update_motion(memory, previous_rotation, step_s, bone);
     bone.state = is_bone_observed(b) ? BoneState::Measured : BoneState::Filled;
-    if (bone.state == BoneState::Measured) memory.seen_at = at;
     bone.confidence = confidence_of(b);
   }
   published_at_ = at;

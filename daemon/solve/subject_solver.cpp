@@ -87,8 +87,8 @@ void SubjectSolver::refit(const SubjectFit& fit) {
 }
 
 void SubjectSolver::archive(Archive& members) {
-  members(body_, transition_smoother_, smoother_, bones_, bearing_memories_, covariances_m2_, published_at_, skin_at_,
-          usual_residual_m_, skin_sigma_m_, pose_is_observable_, is_first_set_, refit_);
+  members(body_, transition_smoother_, smoother_, bones_, bearing_memories_, covariances_m2_, identifications_,
+          published_at_, skin_at_, usual_residual_m_, skin_sigma_m_, pose_is_observable_, is_first_set_, refit_);
   const bool fits = !refit_ || (refit_->rest_offsets_m.size() == bones_.size() &&
                                 refit_->marker_offsets_m.size() == covariances_m2_.size());
   if (!fits) members.fail();
@@ -115,7 +115,7 @@ void SubjectSolver::record_observation(std::size_t marker, ObservationKind kind)
 }
 
 // Observations of the measured markers.
-void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
+void SubjectSolver::gather(const SubjectLabels& labels) {
   observations_.clear();
   std::fill(seen_markers_.begin(), seen_markers_.end(), 0);
   std::fill(observation_kind_.begin(), observation_kind_.end(), ObservationKind::None);
@@ -130,7 +130,6 @@ void SubjectSolver::gather(const SubjectLabels& labels, Timestamp at) {
     record_observation(m, ObservationKind::Measured);
     const auto bone = static_cast<std::size_t>(set.markers[m].bone);
     ++seen_markers_[bone];
-    bones_[bone].seen_at = at;
   }
 }
 
@@ -269,7 +268,6 @@ void SubjectSolver::fill(SubjectLabels& labels, Timestamp at) {
 
 // State at the start of a track.
 void SubjectSolver::restart(Timestamp at) {
-  for (BoneMemory& bone : bones_) bone.seen_at = at;
   for (BearingMemory& ray : bearing_memories_) ray.sets = 0;
   usual_residual_m_ = skin_sigma_m_ = settings_.marker_sigma_m;
   skin_at_ = at;
@@ -282,9 +280,12 @@ void SubjectSolver::solve(SubjectLabels& labels, std::span<const LabelledBearing
   into.bones.clear();
   into.residual_m = 0.0;
   into.smoothing_delay_s = 0.0;
-  if (labels.phase != SubjectPhase::Tracking) return end_track();
-  gather(labels, at);
-  if (!body_.is_tracking() || at < body_.committed_at()) {
+  const bool is_tracked = labels.phase == SubjectPhase::Tracking;
+  if (!is_tracked || labels.identifications != identifications_ || at < body_.committed_at()) end_track();
+  identifications_ = labels.identifications;
+  if (!is_tracked) return;
+  gather(labels);
+  if (!body_.is_tracking()) {
     if (!body_.start(observations_, at)) return;
     restart(at);
   } else {

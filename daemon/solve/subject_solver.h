@@ -31,7 +31,8 @@ class SubjectSolver {
 
   /// Writes the pose at `at` to `into`, and fills in the labels that were not measured: Filled with the position by the
   /// pose, or Lost after `fill_for_s`. `rays` and `ambiguous_observations` may contain those of other subjects. `into`
-  /// has no bones if the subject is not tracked, or its markers determine no pose yet.
+  /// has no bones if the subject is not tracked, or its markers determine no pose yet. A new identification of the
+  /// subject, or a set that is older than the last one, begins a new track.
   void solve(SubjectLabels& labels, std::span<const LabelledBearing> rays,
              std::span<const AmbiguousObservation> ambiguous_observations, Timestamp at, SubjectPose& into);
   /// Replaces bone lengths and marker offsets. While a body is tracked, the change takes effect in the next `solve`.
@@ -49,7 +50,6 @@ class SubjectSolver {
 
  private:
   struct BoneMemory {
-    Timestamp seen_at;
     Eigen::Quaterniond published_world = Eigen::Quaterniond::Identity();
     Eigen::Quaterniond published_local = Eigen::Quaterniond::Identity();
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -60,8 +60,7 @@ class SubjectSolver {
     Timestamp changed_at;
 
     void archive(Archive& members) {
-      members(seen_at, published_world, published_local, position, velocity_m_s, spin_rad_s, markers, markers_now,
-              changed_at);
+      members(published_world, published_local, position, velocity_m_s, spin_rad_s, markers, markers_now, changed_at);
     }
   };
   // Last bearing-only observation of a marker.
@@ -75,7 +74,7 @@ class SubjectSolver {
   };
   enum class ObservationKind : std::uint8_t { None, Bearing, Measured };
 
-  void gather(const SubjectLabels& labels, Timestamp at);
+  void gather(const SubjectLabels& labels);
   bool is_covered_by_bearing(std::size_t marker) const;
   void gather_ambiguous(SubjectId id, std::span<const AmbiguousObservation> ambiguous_observations);
   void gather_bearings(SubjectId id, std::span<const LabelledBearing> rays, Timestamp at);
@@ -109,7 +108,8 @@ class SubjectSolver {
   std::vector<std::uint8_t> changed_;               // by bone: observed by other markers than before
   std::vector<std::uint8_t> changed_neighbours_;    // scratch
   std::vector<kinematics::Observation> observations_;
-  std::vector<Pose> world_;  // published poses
+  std::vector<Pose> world_;            // published poses
+  std::uint32_t identifications_ = 0;  // of the track
   Timestamp published_at_;
   Timestamp skin_at_;
   double usual_residual_m_ = 0.0;

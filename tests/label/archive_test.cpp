@@ -29,7 +29,7 @@ std::vector<std::byte> bytes_of(const Labelling& labelling) {
   static std::vector<std::byte> memory(1'000'000);
   Archive bytes = Archive::writer(memory);
   for (SubjectLabels subject : labelling.labels) {
-    bytes(subject.subject, subject.phase);
+    bytes(subject.subject, subject.phase, subject.identifications);
     for (LabelledMarker& one : subject.markers) {
       bytes(one.state, one.position.v, one.covariance_m2, one.residual_px, one.cameras, one.seen_by, one.confidence,
             one.track);

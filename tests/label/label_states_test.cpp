@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cstdint>
+
 #include "label/label_world.h"
 #include "solve/tree_solver.h"
 
@@ -100,6 +102,26 @@ TEST(LabelStates, EndWhenTheTracksNoLongerFitTheBody) {
   }
 
   EXPECT_TRUE(lost);
+}
+
+// The phase is Tracking in each set: a fresh labeller finds the fitted body in any pose, and its first search for a
+// calibration pose, which is due at once, is for a T-pose.
+TEST(LabelStates, CountAnIdentificationInTheSetOfAReset) {
+  LabelWorld world;
+  world.add("baseline41", test::into_posture({}));
+  world.identify_all();
+  world.change_subjects({{"actor", world.actor().set, true}}, {.subjects = {SubjectId{}}, .cameras = {}});
+  world.step(90);
+  ASSERT_EQ(world.phase(), SubjectPhase::Tracking);
+  const std::uint32_t identifications = world.labels()[0].identifications;
+  world.step(10);
+  ASSERT_EQ(world.labels()[0].identifications, identifications);
+
+  world.labeller().reset(SubjectId{0});
+  world.step();
+
+  EXPECT_EQ(world.phase(), SubjectPhase::Tracking);
+  EXPECT_EQ(world.labels()[0].identifications, identifications + 1);
 }
 
 }  // namespace label_states_test

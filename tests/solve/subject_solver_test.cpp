@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+#include <vector>
+
 #include "kinematics/pose_fit.h"
+#include "kinematics/rotation.h"
 #include "support/test_body.h"
 
 namespace mocap::solve {
@@ -24,11 +29,36 @@ struct Standing {
     }
   }
 
+  // Moves the root, and measures all markers.
+  void stand(const Eigen::Vector3d& place_m, double yaw_rad) {
+    std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
+    locals[0] = {place_m, kinematics::from_rotation_vector({0.0, 0.0, yaw_rad})};
+    measure(locals);
+  }
+  // Rotates one joint, and measures all markers.
+  void bend(std::size_t bone, const Eigen::Vector3d& rotation_rad) {
+    std::vector<Pose> locals(truth.locals().begin(), truth.locals().end());
+    locals[bone].rotation = kinematics::from_rotation_vector(rotation_rad);
+    measure(locals);
+  }
+  // The body model that the solver has.
+  SubjectFit own_fit() const {
+    SubjectFit fit;
+    for (const Bone& bone : set.skeleton.bones) fit.rest_offsets_m.push_back(bone.rest_offset_m);
+    for (const MarkerOnBone& marker : set.markers) fit.marker_offsets_m.push_back(marker.offset_m);
+    return fit;
+  }
+
   SubjectPose solve(SubjectSolver& solver, SubjectLabels of, int step = 0) {
     SubjectPose pose;
     solver.solve(of, {}, {}, kStart + step * kStep, pose);
     solved = of;
     return pose;
+  }
+
+  void measure(const std::vector<Pose>& locals) {
+    truth.set_locals(locals);
+    for (std::size_t m = 0; m < set.markers.size(); ++m) labels.markers[m].position.v = truth.marker_at(m);
   }
 
   MarkerSet set;
@@ -76,9 +106,7 @@ TEST(SubjectSolver, AdoptsANewBodyModelInTheNextSet) {
   Standing person;
   SubjectSolver solver({}, {"actor", person.set, true});
   (void)person.solve(solver, person.labels);
-  SubjectFit fit;
-  for (const Bone& bone : person.set.skeleton.bones) fit.rest_offsets_m.push_back(bone.rest_offset_m);
-  for (const MarkerOnBone& marker : person.set.markers) fit.marker_offsets_m.push_back(marker.offset_m);
+  SubjectFit fit = person.own_fit();
   fit.marker_offsets_m[0] += Eigen::Vector3d(0.0, 0.0, 0.02);
 
   solver.refit(fit);
@@ -86,6 +114,41 @@ TEST(SubjectSolver, AdoptsANewBodyModelInTheNextSet) {
 
   EXPECT_GT(residual_m, 0.001);  // one of 41 markers is 20 mm off in the new model: 3 mm rms at most
   EXPECT_LT(residual_m, 0.0032);
+}
+
+// The phase is Tracking in both sets, as after a reset in the T-pose of another person.
+TEST(SubjectSolver, BeginsANewTrackWithANewIdentification) {
+  Standing person;
+  SubjectSolver solver({}, {"actor", person.set, true});
+  (void)person.solve(solver, person.labels);
+  person.stand({2.0, 1.0, 1.0}, std::numbers::pi);
+  ++person.labels.identifications;
+
+  const SubjectPose pose = person.solve(solver, person.labels, 1);
+
+  ASSERT_EQ(pose.bones.size(), person.set.skeleton.bones.size());
+  for (std::size_t b = 0; b < pose.bones.size(); ++b) {
+    const Eigen::Vector3d error = pose.bones[b].world_from_bone.position - person.truth.world()[b].position;
+    EXPECT_LT(error.norm(), 0.02) << b;
+    EXPECT_EQ(pose.bones[b].velocity_m_s, Eigen::Vector3d::Zero()) << b;
+  }
+}
+
+// A set that is older than the last one ends the track, and its markers determine no pose.
+TEST(SubjectSolver, AppliesAFitOfATrackThatEndedBeforeLaterFits) {
+  Standing person;
+  SubjectSolver solver({}, {"actor", person.set, true});
+  (void)person.solve(solver, person.labels);
+  SubjectFit later = person.own_fit(), earlier = later;
+  earlier.marker_offsets_m[0] += Eigen::Vector3d(0.0, 0.0, 0.02);
+  SubjectLabels unseen = person.labels;
+  for (LabelledMarker& label : unseen.markers) label = {};
+  solver.refit(earlier);
+  EXPECT_TRUE(person.solve(solver, unseen, -1).bones.empty());
+
+  solver.refit(later);
+
+  for (int step = 0; step < 3; ++step) EXPECT_LT(person.solve(solver, person.labels, step).residual_m, 0.0005) << step;
 }
 
 }  // namespace subject_solver_test
