@@ -354,6 +354,7 @@ void SubjectLabeller::learn(const RecognisedSubject& found) {
   fit_->marker_offsets_m = found.marker_offsets_m;
   fit_->residual_m = found.rms_m;
   fit_->in_any_pose = found.in_any_pose;
+  fit_->at_identification = true;
 }
 
 void SubjectLabeller::write_labels(const LabelledTracks& tracks, SubjectLabels& into) const {

@@ -83,9 +83,10 @@ struct SubjectFit {
   BoundedVector<Eigen::Vector3d, kMaxLabels> marker_offsets_m;  ///< by marker
   double residual_m = 0.0;                                      ///< rms of the markers in the fitted pose
   bool in_any_pose = false;                                     ///< fitted to one instant of an unknown pose
+  bool at_identification = false;  ///< fitted when the subject was identified: maybe the body of another person
 
   void archive(Archive& members) {
-    members(subject, description_version, rest_offsets_m, marker_offsets_m, residual_m, in_any_pose);
+    members(subject, description_version, rest_offsets_m, marker_offsets_m, residual_m, in_any_pose, at_identification);
   }
 };
 

@@ -113,7 +113,10 @@ void SkeletonTracker::reset() {
 void SkeletonTracker::reset_joint_calibration() {
   hinge_axes_.reset();
   swivel_planes_.reset();
-  for (std::size_t b = 0; b < bones_.size(); ++b) pose_.set_hinge_axis(b, hinge_axes_.nominal_from_calibrated(b));
+  for (std::size_t b = 0; b < bones_.size(); ++b) {
+    pose_.set_hinge_axis(b, hinge_axes_.nominal_from_calibrated(b));
+    pose_.set_swivel_plane(b, swivel_planes_.plane(b));
+  }
 }
 
 // Aligns the rest pose with the observations, weighted towards the trunk, and fits. A second fit begins at the pose of

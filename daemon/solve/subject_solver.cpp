@@ -82,8 +82,13 @@ void SubjectSolver::refit(const SubjectFit& fit) {
   if (body_.is_tracking()) {
     refit_ = fit;
   } else {
-    body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
+    set_body(fit);
   }
+}
+
+void SubjectSolver::set_body(const SubjectFit& fit) {
+  body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
+  if (fit.at_identification) body_.reset_joint_calibration();
 }
 
 void SubjectSolver::archive(Archive& members) {
@@ -97,8 +102,7 @@ void SubjectSolver::archive(Archive& members) {
 // Second fit of the set, with the new body model. The difference to the first fit is the effect of the model.
 void SubjectSolver::apply_refit() {
   std::copy(body_.pose().locals().begin(), body_.pose().locals().end(), locals_before_refit_.begin());
-  const SubjectFit& fit = *refit_;
-  body_.refit(fit.rest_offsets_m, fit.marker_offsets_m);
+  set_body(*refit_);
   refit_.reset();
   (void)body_.update(observations_);
   refitted_ = true;

@@ -35,7 +35,8 @@ class SubjectSolver {
   /// subject, or a set that is older than the last one, begins a new track.
   void solve(SubjectLabels& labels, std::span<const LabelledBearing> rays,
              std::span<const AmbiguousObservation> ambiguous_observations, Timestamp at, SubjectPose& into);
-  /// Replaces bone lengths and marker offsets. While a body is tracked, the change takes effect in the next `solve`.
+  /// Replaces bone lengths and marker offsets. While a body is tracked, the change takes effect in the next `solve`. A
+  /// fit at an identification also ends what was learned about the joints of the person before.
   void refit(const SubjectFit& fit);
   /// Takes over body and pose of the same subject; the settings stay. Other smoothing begins anew. `before` is not used
   /// afterwards.
@@ -87,6 +88,7 @@ class SubjectSolver {
                      BonePose& bone) const;
   float confidence_of(std::size_t bone) const;
   bool is_bone_observed(std::size_t bone) const;
+  void set_body(const SubjectFit& fit);
   void apply_refit();
   void update_skin_sigma(Timestamp at);
   void compute_marker_covariances(Timestamp at);

@@ -151,5 +151,38 @@ TEST(SubjectSolver, AppliesAFitOfATrackThatEndedBeforeLaterFits) {
   for (int step = 0; step < 3; ++step) EXPECT_LT(person.solve(solver, person.labels, step).residual_m, 0.0005) << step;
 }
 
+// The axes of the elbows were learned from a person whose arms are twisted by half a radian in T-pose.
+TEST(SubjectSolver, ForgetsTheHingeAxesOfThePersonBeforeAtAnIdentification) {
+  const auto elbow_after = [](bool is_same_person, int sets_before) {
+    Standing person;
+    const std::size_t elbow = test::bone_named(person.set, "LeftLowArm");
+    SubjectSolver solver({}, {"actor", person.set, true});
+    for (int step = 0; step < sets_before; ++step) {
+      const double bend_rad = 0.8 + 0.5 * std::sin(0.1 * step);
+      person.bend(elbow, bend_rad * Eigen::Vector3d(0.0, 0.5, -1.0).normalized());
+      (void)person.solve(solver, person.labels, step);
+    }
+    person.labels.phase = SubjectPhase::Lost;
+    (void)person.solve(solver, person.labels, sets_before);
+    person.labels.phase = SubjectPhase::Tracking;
+    ++person.labels.identifications;
+    SubjectFit fit = person.own_fit();
+    fit.at_identification = !is_same_person;
+    solver.refit(fit);
+    // One marker of the hand leaves the twist of the arm to the priors.
+    person.bend(elbow, {0.0, 0.0, -1.0});
+    for (const char* hidden : {"LUArmHigh", "LElbowOut", "LWristIn", "LWristOut", "LHandIn"})
+      person.labels.markers[test::marker_named(person.set, hidden)] = {};
+    SubjectPose pose;
+    for (int step = 1; step < 10; ++step) pose = person.solve(solver, person.labels, sets_before + step);
+    return pose.bones[elbow].parent_from_bone.rotation;
+  };
+
+  const Eigen::Quaterniond fresh = elbow_after(false, 0);
+
+  EXPECT_GT(test::angle_between(elbow_after(true, 240), fresh), 0.1);
+  EXPECT_LT(test::angle_between(elbow_after(false, 240), fresh), 0.02);
+}
+
 }  // namespace subject_solver_test
 }  // namespace mocap::solve
