@@ -50,21 +50,16 @@ OffsetPriors priors_of_fitted() {
 }
 
 OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& columns, const OffsetPriors& priors)
-    : columns_(columns), file_(offsets_of(file)), size_weight_(1.0 / squared(priors.size_sigma)) {
+    : columns_(columns), file_(offsets_of(file)) {
   const auto& bones = file.skeleton.bones;
-  for (const Bone& bone : bones) bone_weights_.push_back(bone_weight(bone.rest_offset_m, priors));
-  for (const MarkerOnBone& marker : file.markers) {
-    const bool in_joint = kinematics::sits_in_joint(marker);
-    marker_weights_.push_back(1.0 / squared(in_joint ? priors.in_joint_sigma_m : priors.marker_sigma_m));
-  }
+  bone_weights_.resize(bones.size());
+  marker_weights_.resize(file.markers.size());
   constexpr std::string_view kLeft = "Left";
   for (std::size_t b = 1; b < bones.size(); ++b) {
     if (!bones[b].name.starts_with(kLeft)) continue;
     const std::string other = "Right" + bones[b].name.substr(kLeft.size());
     for (std::size_t r = 1; r < bones.size(); ++r) {
-      if (bones[r].name != other) continue;
-      const double sigma_m = kSymmetrySigmaFloor_m + priors.symmetry_sigma * bones[b].rest_offset_m.norm();
-      pairs_.push_back({b, r, 1.0 / squared(sigma_m)});
+      if (bones[r].name == other) pairs_.push_back({b, r});
     }
   }
   const auto count = static_cast<std::size_t>(columns_.count);
@@ -72,9 +67,26 @@ OffsetEquations::OffsetEquations(const MarkerSet& file, const OffsetColumns& col
   factor_.resize(matrix_.size());
   gradient_.resize(count);
   change_.resize(count);
+  prior_diagonal_.resize(count);
+  set_priors(priors);
+}
+
+void OffsetEquations::set_priors(const OffsetPriors& priors) {
+  size_weight_ = 1.0 / squared(priors.size_sigma);
+  for (std::size_t b = 0; b < file_.bones_m.size(); ++b) bone_weights_[b] = bone_weight(file_.bones_m[b], priors);
+  for (std::size_t m = 0; m < file_.markers_m.size(); ++m) {
+    const bool in_joint = file_.markers_m[m].norm() < kinematics::kInJoint_m;
+    marker_weights_[m] = 1.0 / squared(in_joint ? priors.in_joint_sigma_m : priors.marker_sigma_m);
+  }
+  for (Pair& pair : pairs_) {
+    const double sigma_m = kSymmetrySigmaFloor_m + priors.symmetry_sigma * file_.bones_m[pair.left].norm();
+    pair.weight = 1.0 / squared(sigma_m);
+  }
   // The diagonal of the priors at the file's offsets. At other offsets, only the Cauchy weights of the markers differ.
+  clear();
   add_priors(file_, 1.0);
-  for (std::size_t i = 0; i < count; ++i) prior_diagonal_.push_back(matrix_[i * count + i]);
+  const std::size_t count = prior_diagonal_.size();
+  for (std::size_t i = 0; i < count; ++i) prior_diagonal_[i] = matrix_[i * count + i];
   clear();
 }
 

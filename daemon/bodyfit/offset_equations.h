@@ -33,6 +33,9 @@ class OffsetEquations {
  public:
   OffsetEquations(const MarkerSet& file, const OffsetColumns& columns, const OffsetPriors& priors);
 
+  /// Replaces the priors, and sets the equations to zero.
+  void set_priors(const OffsetPriors& priors);
+
   /// The cost of the priors at these offsets: a sum of squared normalised deviations, robust for the markers.
   double prior_cost(const BodyOffsets& offsets, double size) const;
 
@@ -62,7 +65,7 @@ class OffsetEquations {
  private:
   struct Pair {
     std::size_t left, right;  // bones
-    double weight;            // 1/m^2
+    double weight = 0.0;      // 1/m^2
   };
 
   Eigen::Vector3d symmetry_error(const Pair& pair, const BodyOffsets& offsets, double size) const;
@@ -71,7 +74,7 @@ class OffsetEquations {
 
   OffsetColumns columns_;
   BodyOffsets file_;
-  double size_weight_;
+  double size_weight_ = 0.0;
   std::vector<Eigen::Matrix3d> bone_weights_;
   std::vector<double> marker_weights_;
   std::vector<Pair> pairs_;

@@ -32,6 +32,9 @@ class SubjectFitter {
   SubjectFitter(const MarkerSet& file, const OffsetPriors& priors, std::size_t max_instants,
                 const OutlierScale& outliers = {});
 
+  /// Replaces the priors. Call while no fit is in progress.
+  void set_priors(const OffsetPriors& priors) { offset_equations_.set_priors(priors); }
+
   /// Begins a new fit at these offsets. The fit changes the poses of the instants, and the instants outlive the fit. At
   /// most `max_instants` instants.
   void begin(const BodyOffsets& offsets, double size, std::span<BodyInstant> instants);

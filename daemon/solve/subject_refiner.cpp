@@ -59,10 +59,8 @@ class SubjectRefiner::SubjectRefinement {
         id_(id),
         set_(subject.marker_set),
         current_offsets_(bodyfit::offsets_of(set_)),
-        fitter_(
-            set_,
-            subject.fitted || set_.skeleton.bones.size() == 1 ? bodyfit::priors_of_fitted() : bodyfit::OffsetPriors{},
-            settings.instants),
+        has_known_bones_(subject.fitted || rigid()),
+        fitter_(set_, priors(), settings.instants),
         poses_(set_, settings.instants),
         validation_poses_(set_, kMaxValidation),
         instants_(settings.instants, bodyfit::empty_instant(set_)),
@@ -70,19 +68,13 @@ class SubjectRefiner::SubjectRefinement {
         evaluated_(bodyfit::empty_instant(set_)),
         root_from_(set_.skeleton.bones.size()),
         is_refined_(subject.fitted),
-        has_offsets_(subject.fitted || set_.skeleton.bones.size() == 1) {}
+        has_offsets_(subject.fitted || rigid()) {}
 
   void recognised(const SubjectFit& fit) {
     std::copy(fit.rest_offsets_m.begin(), fit.rest_offsets_m.end(), current_offsets_.bones_m.begin());
     std::copy(fit.marker_offsets_m.begin(), fit.marker_offsets_m.end(), current_offsets_.markers_m.begin());
-    poses_.clear();
-    validation_poses_.clear();
-    began_at_.reset();
-    is_refined_ = false;
-    stage_ = Stage::Gather;
-    has_new_rest_pose_ = false;
-    new_pose_count_ = 0;
-    next_fit_count_ = kMinInstants;
+    discard_poses();
+    if (fit.at_identification && !rigid()) set_known_bones(false);
     waiting_for_rest_ = !fit.in_any_pose;
     has_offsets_ = true;
   }
@@ -99,6 +91,8 @@ class SubjectRefiner::SubjectRefinement {
   }
 
   void archive(Archive& members) {
+    members(has_known_bones_);
+    if (members.is_reading()) set_known_bones(has_known_bones_);
     members(current_offsets_, current_scale_, poses_, validation_poses_, instant_, is_refined_, has_offsets_,
             waiting_for_rest_, has_new_rest_pose_, observed_at_, began_at_, new_pose_count_, next_fit_count_, stage_,
             next_, current_residual_m2_, fitted_residual_m2_, evaluated_markers_, fitter_);
@@ -171,6 +165,27 @@ class SubjectRefiner::SubjectRefinement {
 
  private:
   enum class Stage { Gather, Fit, Validate };
+
+  bool rigid() const { return set_.skeleton.bones.size() == 1; }
+  bodyfit::OffsetPriors priors() const {
+    return has_known_bones_ ? bodyfit::priors_of_fitted() : bodyfit::OffsetPriors{};
+  }
+  void set_known_bones(bool known) {
+    has_known_bones_ = known;
+    fitter_.set_priors(priors());
+  }
+
+  // Ends a fit in work, too.
+  void discard_poses() {
+    poses_.clear();
+    validation_poses_.clear();
+    began_at_.reset();
+    is_refined_ = false;
+    stage_ = Stage::Gather;
+    has_new_rest_pose_ = false;
+    new_pose_count_ = 0;
+    next_fit_count_ = kMinInstants;
+  }
 
   bool ready() const {
     if (has_new_rest_pose_) return true;
@@ -270,6 +285,7 @@ class SubjectRefiner::SubjectRefinement {
   MarkerSet set_;
   BodyOffsets current_offsets_;
   double current_scale_ = 1.0;
+  bool has_known_bones_;  // those of the file are of the person, not only of people in general
   bodyfit::SubjectFitter fitter_;
   PoseCollection poses_;
   PoseCollection validation_poses_;

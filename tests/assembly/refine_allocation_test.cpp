@@ -68,6 +68,7 @@ TEST(RefineSubject, DoesNotAllocateAfterConstruction) {
   const auto body = std::make_unique<Swinging>(*set);
   SubjectFit fit;
   fit.subject = SubjectId{0};
+  fit.at_identification = true;
   for (const Bone& bone : set->skeleton.bones) fit.rest_offsets_m.push_back(bone.rest_offset_m);
   for (const MarkerOnBone& marker : set->markers) fit.marker_offsets_m.push_back(marker.offset_m);
   int fits = 0;

@@ -221,5 +221,19 @@ TEST(OffsetPriors, OfAFittedBodyHoldTheBonesMoreTightlyThanTheMarkers) {
   EXPECT_LT(of_fitted.prior_cost(moved, 1.0), 10.0 * of_file.prior_cost(moved, 1.0));
 }
 
+TEST(OffsetPriors, CanBeReplaced) {
+  const MarkerSet file = test::person("baseline41");
+  const OffsetColumns columns(file);
+  const OffsetEquations of_file(file, columns, {});
+  OffsetEquations replaced(file, columns, priors_of_fitted());
+  BodyOffsets other = offsets_of(file);
+  for (Vector3d& bone_m : other.bones_m) bone_m *= 1.05;
+  for (Vector3d& marker_m : other.markers_m) marker_m += Vector3d(0.0, 0.0, 0.01);
+
+  replaced.set_priors({});
+
+  EXPECT_EQ(replaced.prior_cost(other, 1.02), of_file.prior_cost(other, 1.02));
+}
+
 }  // namespace offset_equations_test
 }  // namespace mocap::bodyfit

@@ -231,6 +231,38 @@ TEST(SubjectRefiner, KeepsATrueBodyWhereSkinHasAMemory) {
   }
 }
 
+// Another person wears the markers of a subject whose bones are known.
+TEST(SubjectRefiner, FitsABodyThatWasFittedAtAnIdentificationAsIfItWasUnknown) {
+  const MarkerSet file = test::person("baseline41");
+  Person person(file, 5, 0.0);
+  const std::vector<Subject> unknown{{"somebody", file}}, known{{"somebody", file, true}};
+  const auto solver = make_skeleton_solver({}, unknown);
+  SubjectRefiner of_unknown({}, unknown), of_known({}, known);
+  SubjectFit identified = just_identified(file, person.body().marker_set());
+  identified.at_identification = true;
+  solver->refit(identified);
+  of_unknown.recognised(identified);
+  of_known.recognised(identified);
+  int fits = 0;
+  for (int set = 0; set < 360; ++set) {
+    const Timestamp at = from_ns(1'000'000'000) + from_s(set / kRate_hz);
+    person.at(set);
+    const auto& [labels, poses] = solver->solve(person.measured_labels(), at);
+    std::optional<SubjectFit> fit = of_unknown.step(labels, poses, at), twin = of_known.step(labels, poses, at);
+    ASSERT_EQ(test::archived(of_unknown), test::archived(of_known)) << set;
+    if (!fit) continue;
+    EXPECT_EQ(test::archived(*fit), test::archived(*twin)) << set;
+    solver->refit(*fit);
+    ++fits;
+  }
+  EXPECT_GE(fits, 1);
+
+  // The belief has the knowledge about the bones.
+  SubjectRefiner other({}, known);
+  ASSERT_TRUE(test::take_over(test::archived(of_known), other));
+  EXPECT_EQ(test::archived(other), test::archived(of_known));
+}
+
 TEST(SubjectRefiner, GivesTheSameFitsForTheSameSets) {
   EXPECT_EQ(track("baseline41", 5, 900, {}).fits, track("baseline41", 5, 900, {}).fits);
 }
