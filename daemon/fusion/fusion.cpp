@@ -29,17 +29,20 @@ void Fusion::adopt(Fusion& before, const Handover& handover) {
     fit.subject = handover.now(fit.subject);
     if (!fit.subject.names_something()) continue;
     fits_.push_back(fit);
-    if (parts_.refiner && !before.parts_.refiner) parts_.refiner->recognised(fit);
+    if (!before.parts_.refiner) inform_refiner(fit);
   }
   if (parts_.refiner && before.parts_.refiner) parts_.refiner->adopt(*before.parts_.refiner, handover);
-  pending_fit_ = before.pending_fit_;
-  if (pending_fit_) pending_fit_->subject = handover.now(pending_fit_->subject);
-  if (pending_fit_ && !pending_fit_->subject.names_something()) pending_fit_.reset();
+  for (SubjectFit fit : before.pending_fits_) {
+    fit.subject = handover.now(fit.subject);
+    if (!fit.subject.names_something()) continue;
+    add_pending_fit(fit);
+    if (!before.parts_.refiner) inform_refiner(fit);
+  }
   snapshot_.description_version = before.snapshot_.description_version + 1;
 }
 
 void Fusion::archive(Archive& members) {
-  members(identities_, assessed_, pending_fit_, fits_, snapshot_.description_version);
+  members(identities_, assessed_, pending_fits_, fits_, snapshot_.description_version);
   members(*parts_.matcher, *parts_.triangulator, *parts_.tracker, *parts_.labeller, *parts_.solver);
   if (parts_.refiner) members(*parts_.refiner);
   if (parts_.drift) members(*parts_.drift);
@@ -47,12 +50,31 @@ void Fusion::archive(Archive& members) {
 }
 
 void Fusion::refit(const SubjectFit& fit) {
-  if (parts_.refiner) parts_.refiner->recognised(fit);
-  pending_fit_ = fit;
+  inform_refiner(fit);
+  add_pending_fit(fit);
+}
+
+// Passes a fit that was not made in this set to the refiner: the subject may be in any pose.
+void Fusion::inform_refiner(const SubjectFit& fit) {
+  if (!parts_.refiner) return;
+  SubjectFit in_any_pose = fit;
+  in_any_pose.in_any_pose = true;
+  parts_.refiner->recognised(in_any_pose);
+}
+
+void Fusion::add_pending_fit(const SubjectFit& fit) {
+  drop_pending_fit(fit.subject);
+  (void)pending_fits_.try_push_back(fit);  // has room for each subject
+}
+
+void Fusion::drop_pending_fit(SubjectId subject) {
+  const auto dropped = std::ranges::remove(pending_fits_, subject, &SubjectFit::subject);
+  while (pending_fits_.end() != dropped.begin()) pending_fits_.pop_back();
 }
 
 void Fusion::reset(SubjectId subject) {
-  if (pending_fit_ && pending_fit_->subject == subject) pending_fit_.reset();
+  drop_pending_fit(subject);
+  if (parts_.refiner) parts_.refiner->forget(subject);
   parts_.labeller->reset(subject);
 }
 
@@ -90,15 +112,15 @@ void Fusion::report_search(const SearchReport* search, const FrameSet& frames, c
 }
 
 // Passes a new fit to the parts that use it: the fit with which a subject was identified in this step, or else the
-// pending one.
+// first pending one.
 void Fusion::use_fit(const std::optional<SubjectFit>& identified) {
   fit_ = identified;
   if (fit_) {
     if (parts_.refiner) parts_.refiner->recognised(*fit_);
-    if (pending_fit_ && pending_fit_->subject == fit_->subject) pending_fit_.reset();
-  } else if (pending_fit_) {
-    fit_ = pending_fit_;
-    pending_fit_.reset();
+    drop_pending_fit(fit_->subject);
+  } else if (!pending_fits_.empty()) {
+    fit_ = pending_fits_.front();
+    drop_pending_fit(fit_->subject);
     parts_.labeller->refit(*fit_);
   } else {
     return;
@@ -131,7 +153,9 @@ const LabelledBearings& Fusion::label_bearings(const FrameSet& frames, const Mat
 }
 
 void Fusion::refine(const SolvedSubjects& solved, Timestamp at) {
-  if (parts_.refiner && !pending_fit_) pending_fit_ = parts_.refiner->step(solved.labels, solved.poses, at);
+  if (!parts_.refiner || !pending_fits_.empty()) return;
+  if (const std::optional<SubjectFit> fit = parts_.refiner->step(solved.labels, solved.poses, at))
+    add_pending_fit(*fit);
 }
 
 void Fusion::count_blobs(const FrameSet& frames, const Matches& matches, const Markers& markers) {

@@ -6,8 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/bounded_vector.h"
 #include "drift/drift_watch.h"
 #include "model/blob_use.h"
+#include "model/bounds.h"
 #include "model/handover.h"
 #include "model/identity_map.h"
 #include "model/search_report.h"
@@ -57,7 +59,8 @@ class Fusion {
   /// kMostBeliefBytes (model/take/belief.h).
   void archive(Archive& members);
 
-  /// Uses a fit of a subject that was made elsewhere, from the next step on.
+  /// Uses a fit of a subject that was made elsewhere, from the next step on. Fits of several subjects take as many
+  /// steps.
   void refit(const SubjectFit& fit);
   /// As Labeller::reset.
   void reset(SubjectId subject);
@@ -85,6 +88,9 @@ class Fusion {
  private:
   void report_search(const SearchReport* search, const FrameSet& frames, const Matches& matches,
                      const Markers& markers);
+  void inform_refiner(const SubjectFit& fit);
+  void drop_pending_fit(SubjectId subject);
+  void add_pending_fit(const SubjectFit& fit);
   void use_fit(const std::optional<SubjectFit>& identified);
   void remember_fit();
   const LabelledBearings& label_bearings(const FrameSet& frames, const Matches& matches, const Predictions& predicted);
@@ -101,8 +107,9 @@ class Fusion {
   std::array<BlobUse, kMaxCameras> blob_use_;  // by camera, of the last step
   std::optional<SubjectFit> fit_;
   std::optional<SearchReport> search_;
-  std::optional<SubjectFit> pending_fit_;  // used from the next step on
-  std::vector<SubjectFit> fits_;           // in force; at most one for each subject
+  // One is used in each step, in this order; at most one for each subject.
+  BoundedVector<SubjectFit, kMaxSubjects> pending_fits_;
+  std::vector<SubjectFit> fits_;  // in force; at most one for each subject
   Snapshot snapshot_;
 };
 

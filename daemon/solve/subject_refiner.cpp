@@ -79,6 +79,12 @@ class SubjectRefiner::SubjectRefinement {
     has_offsets_ = true;
   }
 
+  void forget() {
+    discard_poses();
+    waiting_for_rest_ = false;
+    has_offsets_ = rigid();
+  }
+
   void adopt(SubjectRefinement& before) {
     if (!(before.settings_ == settings_)) {
       current_offsets_ = before.current_offsets_;
@@ -329,6 +335,10 @@ SubjectRefiner::SubjectRefiner(SubjectRefiner&&) noexcept = default;
 
 void SubjectRefiner::recognised(const SubjectFit& fit) {
   if (fit.subject.value < subjects_.size()) subjects_[fit.subject.value].recognised(fit);
+}
+
+void SubjectRefiner::forget(SubjectId subject) {
+  if (subject.value < subjects_.size()) subjects_[subject.value].forget();
 }
 
 void SubjectRefiner::adopt(SubjectRefiner& before, const Handover& handover) {

@@ -32,6 +32,10 @@ class SubjectRefiner {
   /// stored poses are discarded.
   void recognised(const SubjectFit& fit);
 
+  /// The subject was reset: discards its stored poses and ends its fit. Nothing is stored until it is `recognised`, or
+  /// tracked if it is rigid.
+  void forget(SubjectId subject);
+
   /// Takes over the subjects that continue: their bodies and, with equal settings, their stored poses and the fit in
   /// progress. `before` is not used afterwards. Call before the first `step`; allocates.
   void adopt(SubjectRefiner& before, const Handover& handover);

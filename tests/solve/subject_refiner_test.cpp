@@ -231,6 +231,25 @@ TEST(SubjectRefiner, KeepsATrueBodyWhereSkinHasAMemory) {
   }
 }
 
+// The fit to the rest pose is in work when the subject is reset.
+TEST(SubjectRefiner, GivesNoFitOfASubjectThatWasReset) {
+  const MarkerSet file = test::person("baseline41");
+  const std::vector<Subject> subjects{{"somebody", file}};
+  Person person(file, 5, 0.0);
+  const auto solver = make_skeleton_solver({}, subjects);
+  SubjectRefiner refiner({}, subjects);
+  const SubjectFit identified = just_identified(file, person.body().marker_set());
+  solver->refit(identified);
+  refiner.recognised(identified);
+  for (int set = 0; set < 480; ++set) {
+    const Timestamp at = from_ns(1'000'000'000) + from_s(set / kRate_hz);
+    person.at(set);
+    const auto& [labels, poses] = solver->solve(person.measured_labels(), at);
+    EXPECT_FALSE(refiner.step(labels, poses, at)) << set;
+    if (set == 3) refiner.forget(SubjectId{0});
+  }
+}
+
 // Another person wears the markers of a subject whose bones are known.
 TEST(SubjectRefiner, FitsABodyThatWasFittedAtAnIdentificationAsIfItWasUnknown) {
   const MarkerSet file = test::person("baseline41");
