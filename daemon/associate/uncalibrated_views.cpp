@@ -37,6 +37,8 @@ class CalibratedViewsMatcher : public Matcher {
     return inner_->match(shown_, predicted);
   }
 
+  void archive(Archive& members) override { inner_->archive(members); }
+
  private:
   std::unique_ptr<Matcher> inner_;
   std::vector<bool> is_calibrated_;  // by camera

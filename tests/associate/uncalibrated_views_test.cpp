@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <vector>
 
 #include "model/calibration/calibrated_camera.h"
+#include "support/archived.h"
 
 namespace mocap::associate {
 namespace uncalibrated_views_test {
@@ -18,6 +20,7 @@ class BlobCounter : public Matcher {
     for (const BlobFrame* view : frames.views) counts_.push_back(view->blobs.size());
     return matches_;
   }
+  void archive(Archive& members) override { members(counts_); }
 
  private:
   std::vector<std::size_t>& counts_;
@@ -55,6 +58,17 @@ TEST(UncalibratedViews, HaveAModelThatSeesNothing) {
   EXPECT_EQ(rig[0].lens.fx_px, 800.0);
   EXPECT_TRUE(is_calibrated(rig[1]));
   EXPECT_LT((rig[1].camera_from_world * WorldPoint{}).v.z(), 0.0);
+}
+
+TEST(UncalibratedViews, PassOnTheBeliefOfTheMatcher) {
+  std::vector<std::size_t> counts{7, 3}, other_counts{0, 0};
+  const auto matcher = without_uncalibrated_views(std::make_unique<BlobCounter>(counts), rig_with_an_unknown_camera());
+  const auto other =
+      without_uncalibrated_views(std::make_unique<BlobCounter>(other_counts), rig_with_an_unknown_camera());
+
+  ASSERT_TRUE(test::take_over(test::archived(*matcher), *other));
+
+  EXPECT_EQ(other_counts, counts);
 }
 
 }  // namespace uncalibrated_views_test
