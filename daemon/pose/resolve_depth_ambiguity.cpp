@@ -72,8 +72,11 @@ bool SkeletonTracker::reinitialise_limb(std::size_t lower, const kinematics::Obs
   std::copy(pose_.locals().begin(), pose_.locals().end(), fallback_pose_.begin());
   const Eigen::Vector3d place = pose_.marker_at(marker);
   straighten_below(lower);
-  const RaySphereIntersection intersection =
+  RaySphereIntersection intersection =
       intersect_reach_sphere(ray, pose_.world()[lower].position, pose_.marker_at(marker));
+  // The sign of the direction is that of its largest component, which differs from set to set on a diagonal. The near
+  // branch of the hypotheses must stay the near one.
+  if (depth_hypotheses_[marker].follows(-intersection.direction, at_)) intersection.direction = -intersection.direction;
   const double depth_m = (place - intersection.middle).dot(intersection.direction);
   const bool reach_is_known = kinematics::sits_in_joint(pose_.marker_set().markers[marker]);
   if (reach_is_known) update_depth_hypotheses(marker, intersection, depth_m);
