@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "model/camera_bits.h"
 #include "model/ids.h"
 
 namespace mocap {
@@ -23,6 +24,14 @@ struct Handover {
     const auto found = std::ranges::find(subjects, before);
     if (!before.names_something() || found == subjects.end()) return {};
     return {static_cast<std::uint32_t>(found - subjects.begin())};
+  }
+  /// The same cameras in the new configuration, without those that do not continue.
+  CameraBits now(CameraBits before) const {
+    CameraBits continuing = 0;
+    for (std::uint32_t i = 0; i < cameras.size(); ++i) {
+      if ((before & bit_of(cameras[i])) != 0) continuing |= bit_of(CameraId{i});
+    }
+    return continuing;
   }
   /// The same marker in the new configuration; names nothing if its subject does not continue.
   Label now(Label before) const {

@@ -131,6 +131,10 @@ class KalmanMarkerTracker final : public MarkerTracker {
       return;
     }
     tracks_.adopt(same->tracks_);
+    for (Tracks::Track& track : tracks_.tracks()) {
+      track.seen_by = handover.now(track.seen_by);
+      if (std::popcount(track.seen_by) < 2) track.seen_by = 0;  // unknown: two cameras are needed to measure the marker
+    }
     candidates_.adopt(same->candidates_);
     tracked_ = same->tracked_;
   }

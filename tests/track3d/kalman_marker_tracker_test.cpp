@@ -220,6 +220,33 @@ TEST(KalmanMarkerTracker, AMarkerMissesOnlySetsOfTwoCamerasThatSawIt) {
   EXPECT_EQ(watch.see({}, 0b0101)[0].missed_sets, 1U);
 }
 
+// Two cameras saw the marker. After a reload, the first is still the first, the second is the third.
+TEST(KalmanMarkerTracker, KnowsTheCamerasOfAnAdoptedTrackByTheirNewIds) {
+  Watch before(100.0), now(100.0);
+  Marker marker = marker_at({0, 0, 1});
+  marker.seen_by = 0b011;
+  for (int k = 0; k < 10; ++k) (void)before.see({marker}, 0b011);
+  now.set = before.set;
+
+  now.tracker->adopt(*before.tracker, {.subjects = {}, .cameras = {CameraId{0}, CameraId{}, CameraId{1}}});
+
+  EXPECT_EQ(now.see({}, 0b011).front().missed_sets, 0U);
+  EXPECT_EQ(now.see({}, 0b101).front().missed_sets, 1U);
+}
+
+// One of both cameras is gone, so that no set could have images of both.
+TEST(KalmanMarkerTracker, CountsTheMissesOfAnAdoptedTrackWhoseCamerasAreGone) {
+  Watch before(100.0), now(100.0);
+  Marker marker = marker_at({0, 0, 1});
+  marker.seen_by = 0b011;
+  for (int k = 0; k < 10; ++k) (void)before.see({marker}, 0b011);
+  now.set = before.set;
+
+  now.tracker->adopt(*before.tracker, {.subjects = {}, .cameras = {CameraId{0}, CameraId{}}});
+
+  EXPECT_EQ(now.see({}, 0b011).front().missed_sets, 1U);
+}
+
 TEST(KalmanMarkerTracker, EndsATrackThatIsHiddenLongerThanMaxCoast) {
   TrackMarkersSettings settings;
   settings.max_coast = std::chrono::milliseconds(95);
