@@ -103,5 +103,21 @@ TEST(RigidFinder, RejectsAPropThatIsBentBeyondTheTolerance) {
   EXPECT_FALSE(finder.find(moved(bent)));
 }
 
+// Three markers on a line propose no pose: the rotation about the line is unknown.
+TEST(RigidFinder, FindsAPropWhoseFirstThreeMarkersLieOnALine) {
+  for (const double off_m : {0.0, 0.002}) {  // from the line
+    const std::vector<Vector3d> prop{
+        {0.00, 0.00, 0.00}, {0.10, off_m, 0.00}, {0.25, 0.00, 0.00}, {0.05, 0.13, 0.00}, {0.11, 0.06, 0.10}};
+    RigidFinder finder(prop_of(prop), kTolerance_m);
+    std::vector<Vector3d> points = moved(prop);
+    for (std::size_t i = 0; i < points.size(); ++i) points[i].z() += i % 2 == 0 ? 0.0005 : -0.0005;
+
+    const auto& found = finder.find(points);
+
+    ASSERT_TRUE(found) << off_m;
+    for (std::size_t m = 0; m < prop.size(); ++m) EXPECT_EQ(found->point_of_marker[m], static_cast<int>(m)) << off_m;
+  }
+}
+
 }  // namespace rigid_finder_test
 }  // namespace mocap::identify
