@@ -1,5 +1,6 @@
 #include "bodyfit/body_offsets.h"
 
+#include <cstddef>
 #include <limits>
 
 #include "base/expects.h"
@@ -26,6 +27,15 @@ BodyInstant empty_instant(const MarkerSet& set) {
   for (const Bone& bone : set.skeleton.bones) instant.locals.push_back({bone.rest_offset_m, {1.0, 0.0, 0.0, 0.0}});
   instant.at_rest.assign(set.skeleton.bones.size(), 0);
   return instant;
+}
+
+double pose_distance(std::span<const Pose> one, std::span<const Pose> other) {
+  double sum = 0.0;
+  for (std::size_t b = one.size() == 1 ? 0 : 1; b < one.size(); ++b) {
+    const double cosine = one[b].rotation.dot(other[b].rotation);
+    sum += 1.0 - cosine * cosine;
+  }
+  return sum;
 }
 
 }  // namespace mocap::bodyfit

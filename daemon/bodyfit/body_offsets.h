@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/archive.h"
@@ -35,6 +36,11 @@ struct BodyInstant {
 
 /// An instant without measurements, in rest pose.
 BodyInstant empty_instant(const MarkerSet& set);
+
+/// Difference of two local poses of one body: sum over the joints of the squared sine of half the angle between their
+/// rotations. A body of one bone has no joints. Its orientation counts, because other orientations have other camera
+/// errors.
+double pose_distance(std::span<const Pose> one, std::span<const Pose> other);
 
 /// Standard deviations that define the cost of a pose.
 struct InstantCost {

@@ -158,13 +158,6 @@ void track(const MarkerSet& body, const LabelledTake& take, std::size_t step, do
   }
 }
 
-// Difference of two poses: sum over the joints of the squared sine of half the angle between their rotations.
-double pose_distance(const std::vector<Pose>& a, const std::vector<Pose>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < a.size(); ++i) sum += 1.0 - std::pow(a[i].rotation.dot(b[i].rotation), 2);
-  return sum;
-}
-
 // Adds the most different poses of a take: each is the farthest from all added before it (farthest-point sampling).
 void add_different(const MarkerSet& rough, const LabelledTake& take, const FitSettings& settings,
                    std::vector<BodyInstant>& into) {

@@ -1,28 +1,12 @@
 #include "solve/pose_collection.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace mocap::solve {
 
 using bodyfit::BodyInstant;
-
-namespace {
-
-// Sum of the squared sines of half the angles between the joint rotations of two poses.
-double pose_distance(const std::vector<Pose>& a, const std::vector<Pose>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < a.size(); ++i) {
-    const double cosine = a[i].rotation.dot(b[i].rotation);
-    sum += 1.0 - cosine * cosine;
-  }
-  // A body of one bone has no joints. Its orientation counts, because other orientations have other camera errors.
-  if (a.size() == 1) sum = 1.0 - std::pow(a[0].rotation.dot(b[0].rotation), 2);
-  return sum;
-}
-
-}  // namespace
+using bodyfit::pose_distance;
 
 void copy(const BodyInstant& from, BodyInstant& to) {
   std::copy(from.seen_m.begin(), from.seen_m.end(), to.seen_m.begin());

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <random>
+#include <span>
+#include <vector>
 
 #include "support/test_body.h"
 
@@ -54,6 +58,17 @@ TEST(BodyInstant, IsEmptyInRestPose) {
     EXPECT_LT(test::angle_between(instant.locals[b].rotation, rest.locals()[b].rotation), 1e-12);
     EXPECT_EQ(instant.at_rest[b], 0);
   }
+}
+
+TEST(PoseDistance, IsTheSumOfTheSquaredSinesOfHalfTheJointAngles) {
+  const auto about_x = [](double angle_rad) {
+    return Pose{Eigen::Vector3d::Zero(), Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitX()))};
+  };
+  const std::vector<Pose> rest{about_x(0.0), about_x(0.0), about_x(0.0)},
+      bent{about_x(2.0), about_x(0.6), about_x(1.0)};
+
+  EXPECT_NEAR(pose_distance(rest, bent), std::pow(std::sin(0.3), 2) + std::pow(std::sin(0.5), 2), 1e-12);
+  EXPECT_NEAR(pose_distance(std::span(rest).first(1), std::span(bent).first(1)), std::pow(std::sin(1.0), 2), 1e-12);
 }
 
 }  // namespace body_offsets_test
