@@ -34,10 +34,11 @@ class PoseTransitionSmoother {
   void archive(Archive& members) { members(joint_offsets_, root_offset_, shown_); }
 
  private:
+  // Of a joint in rad, of the root in m.
   struct DecayingOffset {
-    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-    Eigen::Vector3d rate_1_s = Eigen::Vector3d::Zero();
-    double mean_square = 0.0;  // running mean of the squared prediction error
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // rad or m
+    Eigen::Vector3d rate_1_s = Eigen::Vector3d::Zero();  // change of the offset: rad/s or m/s
+    double mean_square = 0.0;                            // running mean of the squared prediction error, rad^2 or m^2
 
     void decay(double step_s);
     // `prediction_error` is predicted minus estimated pose, `display_error` published minus estimated pose.
@@ -47,7 +48,7 @@ class PoseTransitionSmoother {
   };
 
   std::vector<DecayingOffset> joint_offsets_;  // by bone, rotation vectors in the parent's frame
-  DecayingOffset root_offset_;                 // m
+  DecayingOffset root_offset_;                 // of the root's position in the world
   std::vector<Pose> shown_;
 };
 

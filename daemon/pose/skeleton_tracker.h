@@ -23,7 +23,7 @@ namespace mocap::pose {
 
 struct SkeletonTrackerSettings {
   double outlier_m = 0.05;  ///< scale of the robust cost: a marker farther off has little weight
-  int max_iterations = 6;   ///< of one fit; each fit of an initial pose has five times as many
+  int max_iterations = 6;   ///< of one fit; each of the three fits of an initial pose has five times as many
   /// Standard deviation of a joint rotation against which observability is judged: the observed fraction is 1 -
   /// posterior variance / this variance. A marker with 3 mm skin motion, 4 cm from the axis, gives a posterior of 0.08
   /// rad.

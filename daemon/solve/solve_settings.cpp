@@ -10,7 +10,7 @@ void declare_keys(KeyVisitor& keys, SolveSettings& solve) {
   keys.number("fill_for_s", solve.fill_for_s, {0, 60},
               {.help = "how long a marker that no camera sees is predicted from the body"});
   keys.number("max_iterations", solve.max_iterations, {1, 100},
-              {.help = "in each set; a first pose has ten times as many"});
+              {.help = "in each set; a first pose has up to 15 times as many"});
   declare_keys(keys, solve.smoothing);
 }
 

@@ -20,6 +20,7 @@ namespace mocap::solve {
 /// some steps in each set, and adopts the result if stored poses that were not part of the fit have lower residuals.
 ///
 /// A subject that was identified in a rest pose is constrained to it, so that the bone frames agree with the rest pose.
+/// The first fit is to this pose alone, and is adopted without such a validation.
 /// For a subject that was fitted before, the bone lengths are known and the markers may have been attached anew. They
 /// are unknown again when a new body is fitted at an identification: another person may wear the markers.
 ///
