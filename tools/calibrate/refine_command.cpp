@@ -1,10 +1,13 @@
 #include "calibrate/verify_command.h"
 
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "calibrate/repair_recording.h"
 #include "calibrate/rig_output.h"
 #include "calibration/image_cells.h"
+#include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -79,8 +82,9 @@ int run_refine(const RefineOptions& options) {
   }
   report(*repaired, *rig);
   if (!options.dry_run) {
-    const int written = write_rig(options.out.empty() ? file : options.out, repaired->rig,
-                                  {{"refined_px", repaired->after_px}}, "refine");
+    settings::RigMetadata facts{{"refined_px", repaired->after_px}};
+    if (settings::floor_is_guessed(file)) facts["floor"] = std::string("guessed");
+    const int written = write_rig(options.out.empty() ? file : options.out, repaired->rig, std::move(facts), "refine");
     if (written != kExitOk) return written;
   }
   if (repaired->kept.empty()) return kExitOk;
