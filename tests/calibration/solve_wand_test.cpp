@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -221,8 +222,15 @@ TEST(SolveWand, MeasuresATimeOffsetWithASymmetricWand) {
   WandWorldSettings settings = small_world();
   settings.rate_hz = 60.0;
   WandWorld world(settings, two, 17);
+  Take take = late_by_an_image(world.take());
+  // A detector finds the blobs in any order, so the ends of the wand are exchanged from image to image.
+  for (std::vector<Picture>& pictures : take.cameras) {
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      if (i * 7 % 5 < 2) std::ranges::reverse(pictures[i].spots);
+    }
+  }
 
-  const auto solution = solve_wand(late_by_an_image(world.take()), world.truth(), two, {});
+  const auto solution = solve_wand(take, world.truth(), two, {});
 
   ASSERT_FALSE(solution);
   expect_late_by_a_60th_second(solution.error());
