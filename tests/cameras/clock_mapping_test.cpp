@@ -4,7 +4,11 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <random>
+
+#include "cameras/clock/leap_counter.h"
+#include "module/stream_counters.h"
 
 namespace mocap::cameras {
 namespace clock_mapping_test {
@@ -218,6 +222,15 @@ TEST(ClockMapping, SurvivesASecondOfStalledDelivery) {
   }
 
   EXPECT_LT(worst_us, 50.0);
+}
+
+TEST(LeapCounter, CountsEachJumpOnceAlsoIfTheClockBeginsAnew) {
+  StreamCounters counters;
+  LeapCounter leaps;
+
+  for (const std::uint64_t so_far : {0U, 2U, 2U, 3U, 0U, 1U}) leaps.count(so_far, counters);
+
+  EXPECT_EQ(counters.clock_leaps, 4U);
 }
 
 }  // namespace clock_mapping_test

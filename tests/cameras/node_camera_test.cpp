@@ -302,7 +302,7 @@ class Babbler {
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         zmq_send(socket_.get(), "\xff\xff", 2, ZMQ_DONTWAIT);
-        std::this_thread::sleep_for(milliseconds(1));
+        std::this_thread::sleep_for(milliseconds(1));  // the rate of the messages; the test does not wait here
       }
     });
   }

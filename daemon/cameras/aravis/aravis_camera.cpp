@@ -29,6 +29,7 @@
 #include "cameras/clock/arrival_stamps.h"
 #include "cameras/clock/exposure_clock.h"
 #include "cameras/clock/frame_counter.h"
+#include "cameras/clock/leap_counter.h"
 #include "cameras/image_layout.h"
 
 namespace mocap::cameras {
@@ -147,7 +148,7 @@ class AravisCamera : public Camera {
   ExposureClock clock_;
   std::optional<Duration> chunk_ahead_;      // chunk time minus leader time of the last image with both
   std::unique_ptr<ArrivalStamps> arrivals_;  // null: no permission, or not a network camera
-  std::uint64_t leaps_counted_ = 0;
+  LeapCounter leaps_;
   FrameCounter frames_;
   std::uint64_t last_id_ = 0;
   std::uint64_t last_stamp_ns_ = 0;
@@ -352,9 +353,7 @@ bool AravisCamera::came_before(ArvBuffer* buffer) {
 
 void AravisCamera::count_clock() {
   if (counters_ == nullptr) return;
-  const std::uint64_t leaps = clock_.leaps();
-  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
-  leaps_counted_ = leaps;
+  leaps_.count(clock_.leaps(), *counters_);
   counters_->clock_uncertainty_us.store(to_us(clock_.uncertainty()), std::memory_order_relaxed);
   counters_->clock_source.store(clock_.source(), std::memory_order_relaxed);
   counters_->chunk_times.store(chunk_ahead_.has_value(), std::memory_order_relaxed);

@@ -21,6 +21,7 @@
 
 #include "base/log.h"
 #include "cameras/clock/clock_mapping.h"
+#include "cameras/clock/leap_counter.h"
 #include "cameras/image_layout.h"
 #include "cameras/tcp/tcp_header.h"
 
@@ -90,7 +91,7 @@ class TcpCamera final : public Camera {
   std::optional<std::uint64_t> last_number_;
   int behind_ = 0;  // images in a row whose numbers are not above last_number_
   ClockMapping clock_;
-  std::uint64_t leaps_counted_ = 0;
+  LeapCounter leaps_;
   Timestamp last_exposed_;
 };
 
@@ -210,9 +211,7 @@ Result<Frame> TcpCamera::frame_of(const TcpHeader& header, Timestamp received) {
 void TcpCamera::count_image() {
   if (counters_ == nullptr) return;
   counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
-  const std::uint64_t leaps = clock_.leaps();
-  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
-  leaps_counted_ = leaps;
+  leaps_.count(clock_.leaps(), *counters_);
   counters_->clock_uncertainty_us.store(settings_.stamps_are_utc ? 0.0 : to_us(clock_.uncertainty()),
                                         std::memory_order_relaxed);
   counters_->clock_source.store(settings_.stamps_are_utc ? ClockSource::Camera : ClockSource::Receipts,

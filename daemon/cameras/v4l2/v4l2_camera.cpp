@@ -16,6 +16,7 @@
 #include "base/log.h"
 #include "cameras/clock/clock_mapping.h"
 #include "cameras/clock/frame_counter.h"
+#include "cameras/clock/leap_counter.h"
 #include "cameras/image_layout.h"
 #include "cameras/jpeg_decoder.h"
 #include "cameras/v4l2/v4l2_device.h"
@@ -75,7 +76,7 @@ class V4l2Camera : public Camera {
   std::optional<std::uint32_t> lent_;  // buffer of the driver that the caller uses until the next call
   bool stamps_invalid_ = false;
   ClockMapping clock_;
-  std::uint64_t leaps_counted_ = 0;
+  LeapCounter leaps_;
   Timestamp last_exposed_;
   FrameCounter frames_;
   std::uint64_t frames_seen_ = 0;
@@ -286,9 +287,7 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
 void V4l2Camera::count_image() {
   if (counters_ == nullptr) return;
   counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
-  const std::uint64_t leaps = clock_.leaps();
-  if (leaps > leaps_counted_) counters_->clock_leaps.fetch_add(leaps - leaps_counted_, std::memory_order_relaxed);
-  leaps_counted_ = leaps;
+  leaps_.count(clock_.leaps(), *counters_);
   counters_->clock_uncertainty_us.store(stamps_invalid_ ? to_us(clock_.uncertainty()) : 0.0, std::memory_order_relaxed);
   counters_->clock_source.store(stamps_invalid_ ? ClockSource::Receipts : ClockSource::Camera,
                                 std::memory_order_relaxed);

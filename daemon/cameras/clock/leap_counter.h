@@ -1,0 +1,23 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "module/stream_counters.h"
+
+namespace mocap::cameras {
+
+/// Adds the jumps of a camera's clock to the camera's counters. The camera's thread makes all calls.
+class LeapCounter {
+ public:
+  /// `leaps`: number of jumps so far, as ClockMapping and ExposureClock count them.
+  void count(std::uint64_t leaps, StreamCounters& counters) noexcept {
+    if (leaps > counted_) counters.clock_leaps.fetch_add(leaps - counted_, std::memory_order_relaxed);
+    counted_ = leaps;
+  }
+
+ private:
+  std::uint64_t counted_ = 0;
+};
+
+}  // namespace mocap::cameras
