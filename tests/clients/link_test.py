@@ -2,13 +2,12 @@
 
 import os
 import pathlib
-import socket
 import sys
-import threading
 import time
 import unittest
 
 import zmq
+from accepting_server import AcceptingServer
 
 BUILD = pathlib.Path(os.environ.get("MOCAP_BUILD_DIR", "build/release")).resolve()
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -19,27 +18,15 @@ from mocap_client.link import Fault, Link  # noqa: E402
 LIMIT_S = 60  # of a failing test
 
 
-class ClosesFirst:
+class ClosesFirst(AcceptingServer):
     """A program that speaks ZMTP with this mechanism, but closes each connection that sends more than signature and version."""
 
     def __init__(self, mechanism):
         self._greeting = b"\xff\0\0\0\0\0\0\0\1\x7f\3\0" + mechanism.ljust(20, b"\0")
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.endpoint = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
-        threading.Thread(target=self._accept, daemon=True).start()
+        super().__init__(self._greet)
+        self.endpoint = f"tcp://127.0.0.1:{self.port}"
 
-    def close(self):
-        self._listener.close()
-
-    def _accept(self):
-        while True:
-            try:
-                peer, _ = self._listener.accept()
-            except OSError:
-                return
-            threading.Thread(target=self._serve, args=(peer,), daemon=True).start()
-
-    def _serve(self, peer):
+    def _greet(self, peer):
         received = 0
         with peer:
             peer.sendall(self._greeting[:12])

@@ -3,13 +3,14 @@
 import json
 import pathlib
 import shutil
-import socket
 import ssl
 import struct
 import subprocess
 import tempfile
 import threading
 import unittest
+
+from accepting_server import AcceptingServer
 
 RELAY = pathlib.Path(__file__).resolve().parents[2] / "tools/bridges/relay"
 RECEIVERS = {"python": ["/usr/bin/python3", RELAY / "receive.py"]}
@@ -36,29 +37,14 @@ INFO = b'INFO {"tls_available": true}\r\n'
 DESCRIPTION = message("mocap.studio.description", field(2, 1) + field(8, field(1, b"actor") + field(4, field(1, b"Hips"))))
 
 
-class Server:
+class Server(AcceptingServer):
     """Sends `first` to each client, then with `context` goes on over TLS, answers CONNECT, and sends `then`."""
 
     def __init__(self, first, then=b"", context=None):
         self._first, self._then, self._context = first, then, context
-        self.connections = 0
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
+        super().__init__(self._answer)
 
-    def close(self):
-        self._listener.close()
-
-    def _accept(self):
-        while True:
-            try:
-                client, _ = self._listener.accept()
-            except OSError:
-                return
-            self.connections += 1
-            threading.Thread(target=self._serve, args=(client,), daemon=True).start()
-
-    def _serve(self, client):
+    def _answer(self, client):
         try:
             client.sendall(self._first)
             if self._context is not None:

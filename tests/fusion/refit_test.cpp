@@ -19,10 +19,10 @@ namespace refit_test {
 
 constexpr SubjectId kSubject{0};
 
-// Gives the fit that it is told to give, in the next set.
-class ToldLabeller : public IdleLabeller {
+// Returns the fit in `next`, once, as the fit of its labels.
+class FittingLabeller : public IdleLabeller {
  public:
-  explicit ToldLabeller(std::optional<SubjectFit>& next) : next_(next) {}
+  explicit FittingLabeller(std::optional<SubjectFit>& next) : next_(next) {}
   const Labelling& label(const TrackedMarkers&, const Predictions&) override {
     labelling_.fit = std::exchange(next_, std::nullopt);
     return labelling_;
@@ -73,7 +73,7 @@ class FusionRefit : public testing::Test {
 
   std::unique_ptr<Fusion> make_fusion(bool refines) {
     FusionParts parts = make_idle_parts();
-    parts.labeller = std::make_unique<ToldLabeller>(identified);
+    parts.labeller = std::make_unique<FittingLabeller>(identified);
     parts.solver = std::make_unique<TPoseSolver>(set);
     if (refines)
       parts.refiner =
