@@ -130,8 +130,23 @@ TEST_F(V4l2Vivid, DeliversEveryFormatOfTheDriver) {
     EXPECT_LE(second->exposed_at, second->received_at);
     EXPECT_GT(second->exposed_at, second->received_at - seconds(2));
     EXPECT_EQ(counters.completed_frames.load(), 2U);
-    EXPECT_EQ(counters.clock_source.load(), ClockSource::Camera);
+    // vivid delivers a frame at its begin, with the time of its end: a time in the future.
+    EXPECT_EQ(counters.clock_source.load(), ClockSource::Receipts);
   }
+}
+
+TEST_F(V4l2Vivid, UsesTheStampsOfADriverThatStampsTheStartOfTheExposure) {
+  ASSERT_TRUE(set_control("Timestamp Source", 1));
+  StreamCounters counters;
+  const auto camera = make_v4l2_camera(CameraId{1}, "north", settings_, &counters);
+  ASSERT_TRUE(camera->start());
+
+  const std::optional<Frame> frame = whole_frame(*camera);
+
+  ASSERT_TRUE(set_control("Timestamp Source", 0));
+  ASSERT_TRUE(frame);
+  EXPECT_LT(frame->exposed_at, frame->received_at);
+  EXPECT_EQ(counters.clock_source.load(), ClockSource::Camera);
 }
 
 TEST_F(V4l2Vivid, StampsAtTheConfiguredRate) {
