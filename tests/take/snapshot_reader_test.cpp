@@ -3,14 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <string>
 #include <vector>
 
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
 #include "take/recordings/snapshot_writer.h"
+#include "take/take_edit.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
 #include "wire/random_model.h"
@@ -67,8 +70,8 @@ TEST_P(SnapshotReaderTest, EndsBeforeAnIncompleteSnapshot) {
   int count = 0;
   for (auto next = (*reader)->next(); next && *next != nullptr; next = (*reader)->next()) ++count;
   EXPECT_EQ(count, 4);
-  EXPECT_TRUE((*reader)->faults().cut_off);
   EXPECT_TRUE((*reader)->next());
+  EXPECT_TRUE((*reader)->faults().cut_off);
 }
 
 TEST_P(SnapshotReaderTest, RefusesOtherContent) {
@@ -134,16 +137,114 @@ TEST(OpenSnapshots, HasTheMarksOfATake) {
   EXPECT_EQ((*reader)->faults().damaged_parts, 0U);
 }
 
+void damage(const std::filesystem::path& path, const mcap::ChunkIndex& chunk) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(static_cast<std::streamoff>(chunk.offset + chunk.length / 2));
+  file << "damage";
+}
+
+// Damages the chunk that has the description of this number, from 0.
+void damage_description(const std::filesystem::path& path, std::size_t number) {
+  const mcap::Summary summary = TakeReader::open(path)->mcap().summary();
+  const auto channel =
+      std::ranges::find_if(summary.channels, [](const auto& one) { return one.second.topic == kDescriptionTopic; });
+  ASSERT_NE(channel, summary.channels.end());
+  for (const mcap::ChunkIndex& chunk : summary.chunks) {
+    if (chunk.message_index_offsets.contains(channel->first) && number-- == 0) return damage(path, chunk);
+  }
+  FAIL() << "the take has fewer descriptions";
+}
+
+// The description changes at sets 100 and 200, to the versions 2 and 3.
+void record_changing_descriptions(const std::filesystem::path& path) {
+  auto writer = TakeWriter::create(path, example_start(), {.sync = false});
+  ASSERT_TRUE(writer) << writer.error().message;
+  Description description = example_description();
+  for (std::uint64_t set = 0; set < 300; ++set) {
+    if (set > 0 && set % 100 == 0) {
+      ++description.version;
+      ASSERT_TRUE((*writer)->append(description, example_time(set)));
+    }
+    Snapshot snapshot = example_snapshot(set);
+    snapshot.description_version = description.version;
+    ASSERT_TRUE((*writer)->append(snapshot));
+  }
+  ASSERT_TRUE((*writer)->finish(example_end(300)));
+}
+
+TEST(OpenSnapshots, LeavesOutTheSnapshotsWhoseDescriptionIsDamaged) {
+  const support::TemporaryFolder folder;
+  const auto path = folder.path() / "walk.mcap";
+  for (std::size_t damaged = 0; damaged < 3; ++damaged) {
+    std::filesystem::remove(path);
+    ASSERT_NO_FATAL_FAILURE(record_changing_descriptions(path));
+    ASSERT_NO_FATAL_FAILURE(damage_description(path, damaged));
+
+    auto reader = open_snapshots(path);
+
+    ASSERT_TRUE(reader) << reader.error().message;
+    std::size_t read = 0;
+    for (auto next = (*reader)->next(); next && *next != nullptr; next = (*reader)->next(), ++read) {
+      const std::uint64_t version = (*next)->snapshot.number / 100 + 1;
+      EXPECT_EQ((*reader)->description().version, version) << (*next)->snapshot.number;
+      EXPECT_NE(version, damaged + 1);
+    }
+    EXPECT_EQ((*reader)->faults().damaged_parts, 1U);
+    EXPECT_GT((*reader)->faults().undescribed_snapshots, 0U);
+    EXPECT_GT(read, 100U);
+  }
+}
+
+TEST(OpenSnapshots, LeavesOutTheSnapshotsWhoseDescriptionTheRepairLeftOut) {
+  const support::TemporaryFolder folder;
+  const auto path = folder.path() / "walk.mcap";
+  ASSERT_NO_FATAL_FAILURE(record_changing_descriptions(path));
+  ASSERT_NO_FATAL_FAILURE(damage_description(path, 1));
+  ASSERT_TRUE(repair_take(path));
+
+  auto reader = open_snapshots(path);
+
+  ASSERT_TRUE(reader) << reader.error().message;
+  for (const std::uint64_t number : numbers_in(**reader)) EXPECT_TRUE(number < 100 || number >= 200) << number;
+  EXPECT_GT((*reader)->faults().undescribed_snapshots, 0U);
+}
+
+TEST(OpenSnapshots, NamesTheDamageThatLeavesNoDescription) {
+  const support::TemporaryFolder folder;
+  const auto path = folder.path() / "walk.mcap";
+  ASSERT_NO_FATAL_FAILURE(record_example(path, 60));
+  ASSERT_NO_FATAL_FAILURE(damage_description(path, 0));
+  const std::uint64_t at = TakeReader::open(path)->mcap().summary().chunks.front().offset;
+
+  auto reader = open_snapshots(path);
+  const auto next = (*reader)->next();
+
+  ASSERT_FALSE(next);
+  EXPECT_THAT(next.error().message, HasSubstr("byte " + std::to_string(at)));
+}
+
+TEST(OpenSnapshots, CountsAnEventThatCannotBeDecoded) {
+  const support::TemporaryFolder folder;
+  const auto path = folder.path() / "walk.mcap";
+  auto writer = TakeWriter::create(path, example_start(), {.sync = false});
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE((*writer)->append(kEventTopic, example_time(0), "\xFF\xFF"));
+  ASSERT_TRUE(append_example(**writer, 0, 40));
+  ASSERT_TRUE((*writer)->finish(example_end(40)));
+
+  auto reader = open_snapshots(path);
+
+  EXPECT_EQ(numbers_in(**reader).size(), 40U);
+  EXPECT_EQ((*reader)->faults().damaged_parts, 1U);
+}
+
 TEST(OpenSnapshots, LeavesOutDamagedChunksAndCountsThem) {
   const support::TemporaryFolder folder;
   const auto path = folder.path() / "walk.mcap";
   ASSERT_NO_FATAL_FAILURE(record_example(path, 120));
   const std::vector<mcap::ChunkIndex> chunks = TakeReader::open(path)->mcap().summary().chunks;
   ASSERT_GT(chunks.size(), 3U);
-  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(static_cast<std::streamoff>(chunks[2].offset + chunks[2].length / 2));
-  file << "damage";
-  file.close();
+  damage(path, chunks[2]);
 
   auto reader = open_snapshots(path);
 
@@ -152,6 +253,7 @@ TEST(OpenSnapshots, LeavesOutDamagedChunksAndCountsThem) {
   EXPECT_LT(numbers.size(), 120U);
   EXPECT_EQ(numbers.back(), 119U);
   EXPECT_EQ((*reader)->faults().damaged_parts, 1U);
+  EXPECT_EQ((*reader)->faults().undescribed_snapshots, 0U);
   EXPECT_FALSE((*reader)->faults().cut_off);
 }
 

@@ -52,6 +52,9 @@ class MessageReader : public SnapshotReader {
     return {};
   }
 
+  // Whether a description was read.
+  bool described() const noexcept { return described_; }
+
   std::filesystem::path path_;
   v1::Snapshot message_;
   std::vector<RecordedMark> marks_;
@@ -108,7 +111,7 @@ class ProtobufReader final : public FileReader {
     bool at_end = false;
     if (google::protobuf::util::ParseDelimitedFromZeroCopyStream(&message_, &stream_, &at_end)) return true;
     // The last message of a recording that was cut off is incomplete, so that reading it reaches the end of the file.
-    faults_.cut_off = !at_end && position() >= bytes_;
+    faults_.cut_off |= !at_end && position() >= bytes_;
     if (at_end || faults_.cut_off) return false;
     return wrong("not a message of mocap.v1.Snapshot");
   }
@@ -152,10 +155,11 @@ class McapReader final : public MessageReader {
         take_(std::move(take)),
         cursor_(take_.messages({{TakeTopic::Description, TakeTopic::Snapshot, TakeTopic::Event}, {}, {}})) {
     // A damage without bytes is that of the index, which is made anew.
-    const std::vector<mcap::Damage>& damages = take_.mcap().damages();
-    const auto lost = [](const mcap::Damage& damage) { return damage.bytes > 0; };
-    faults_ = {static_cast<std::size_t>(std::ranges::count_if(damages, lost)), take_.cut_off(),
-               take_.cut_off() && take_.is_being_written()};
+    for (const mcap::Damage& damage : take_.mcap().damages()) {
+      if (damage.bytes > 0) count_damage(fmt::format("'{}', {}", path.string(), damage.what));
+    }
+    faults_.cut_off = take_.cut_off();
+    faults_.being_written = take_.cut_off() && take_.is_being_written();
   }
 
   double progress() const override {
@@ -169,13 +173,13 @@ class McapReader final : public MessageReader {
       const Result<std::optional<TakeRecord>> record = cursor_.next();
       if (!record && record.error().code != ErrorCode::InvalidArgument) return record.error();
       if (!record) {
-        ++faults_.damaged_parts;  // the cursor is behind the damaged chunk now
+        count_damage(record.error().message);  // the cursor is behind the damaged chunk now
         continue;
       }
-      if (!*record) return false;
+      if (!*record) return end();
       at_ = (*record)->at;
       if ((*record)->topic == TakeTopic::Event) {
-        if (const Status learnt = learn_mark(**record); !learnt) return wrong(learnt.error().message);
+        learn_mark(**record);
         continue;
       }
       if ((*record)->topic == TakeTopic::Description) {
@@ -184,20 +188,48 @@ class McapReader final : public MessageReader {
       }
       Result<v1::Snapshot> message = snapshot_message_of(**record);
       if (!message) return wrong(message.error().message);
+      if (is_undescribed(*message)) {
+        ++faults_.undescribed_snapshots;
+        continue;
+      }
       message_ = std::move(*message);
       return true;
     }
   }
-  Status learn_mark(const TakeRecord& record) {
-    Result<v1::Event> event = event_of(record);
-    if (!event) return event.error();
-    if (event->kind() == v1::EVENT_KIND_MARK) marks_.push_back({record.at, event->message()});
-    return {};
+
+  // False, or the damage that left nothing to be read.
+  Result<bool> end() const {
+    if (described() || faults_.undescribed_snapshots == 0) return false;
+    const std::string damage = first_damage_.empty()
+                                   ? fmt::format("'{}': 'take repair' left out a damaged part", path_.string())
+                                   : first_damage_;
+    return Error{ErrorCode::InvalidArgument,
+                 damage + "; no description of the snapshots is left, which names markers and bones"};
   }
+
+  // Whether the description that a snapshot refers to was lost. Versions only grow. A snapshot may be older than the
+  // description before it: a new description is written before the last snapshots of the old one.
+  bool is_undescribed(const v1::Snapshot& snapshot) const {
+    const bool lacks_parts = faults_.damaged_parts > 0 || take_.info().repaired;
+    return lacks_parts && (!described() || snapshot.description_version() > description().version);
+  }
+
+  void learn_mark(const TakeRecord& record) {
+    const Result<v1::Event> event = event_of(record);
+    if (!event) return count_damage(wrong(event.error().message).message);
+    if (event->kind() == v1::EVENT_KIND_MARK) marks_.push_back({record.at, event->message()});
+  }
+
+  void count_damage(const std::string& what) {
+    ++faults_.damaged_parts;
+    if (first_damage_.empty()) first_damage_ = what;
+  }
+
   std::string place() const override { return fmt::format("{} ns", to_ns(at_)); }
 
   TakeReader take_;
   TakeCursor cursor_;  // of take_
+  std::string first_damage_;
   Timestamp at_ = take_.first_at();
 };
 

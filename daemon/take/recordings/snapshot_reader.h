@@ -31,6 +31,8 @@ struct RecordingFaults {
   std::size_t damaged_parts = 0;  ///< of a take: left out
   bool cut_off = false;           ///< it has no end: its writer was stopped, or still writes
   bool being_written = false;     ///< its writer still writes
+  /// Of a take: left out, because the description that they refer to was in a damaged part.
+  std::size_t undescribed_snapshots = 0;
 };
 
 /// Reads the snapshots of a recording, one after the other.
@@ -39,8 +41,8 @@ class SnapshotReader {
   virtual ~SnapshotReader() = default;
 
   /// The next snapshot; its address is valid until the next call. Null at the end, also if the recording was cut off
-  /// within its last snapshot. A damaged chunk of a take is left out. Fails with InvalidArgument (the message names the
-  /// byte or the line) and Io.
+  /// within its last snapshot. Of a take, a damaged chunk is left out, and each snapshot whose description was in one.
+  /// Fails with InvalidArgument (the message names the byte or the line) and Io.
   virtual Result<const RecordedSnapshot*> next() = 0;
 
   /// The description that the last snapshot refers to. Its version changes when the description does.

@@ -47,6 +47,9 @@ std::size_t frames_with_pose(const ClipSubject& subject, std::size_t frames) {
 
 void print_faults(const take::RecordingFaults& faults) {
   if (faults.damaged_parts > 0) fmt::print("{} damaged parts of the take were left out\n", faults.damaged_parts);
+  if (faults.undescribed_snapshots > 0) {
+    fmt::print("{} snapshots were left out: their description was in a damaged part\n", faults.undescribed_snapshots);
+  }
   if (faults.being_written) {
     fmt::print("the take is still being recorded; the file has what was on the disk\n");
   } else if (faults.cut_off) {
@@ -78,6 +81,7 @@ void print_export_json(const ExportReport& report, const Clip& clip) {
                                    {"recorded_missing_frames", report.recorded.missing},
                                    {"recorded_repeated_snapshots", report.recorded.repeated},
                                    {"damaged_parts", report.faults.damaged_parts},
+                                   {"undescribed_snapshots", report.faults.undescribed_snapshots},
                                    {"cut_off", report.faults.cut_off},
                                    {"being_written", report.faults.being_written}};
   fmt::print("{}\n", json_line(all));
