@@ -34,7 +34,7 @@ class Keys {
 
   std::string text(const std::string& key) {
     const auto found = texts_.extract(key);
-    return found.empty() ? std::string() : std::move(found.mapped());
+    return found.empty() ? std::string() : wire::valid_utf8(found.mapped());
   }
 
   std::optional<std::int64_t> number(const std::string& key, std::int64_t least, std::int64_t most) {

@@ -47,7 +47,8 @@ Status check(const TakeInfo& info);
 
 mcap::Metadata encode(const TakeInfo& info);
 
-/// Fails with InvalidArgument if a number cannot be read.
+/// Bytes that are not UTF-8, of versions that did not check the texts, become '?'. Fails with InvalidArgument if a
+/// number cannot be read.
 Result<TakeInfo> decode_info(const mcap::Metadata& metadata);
 
 /// "2026-03-01T12:00:00.123456789Z".

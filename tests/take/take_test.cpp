@@ -349,6 +349,22 @@ TEST_F(TakeTest, IsNotWrittenByTwo) {
   EXPECT_EQ(repair_take(path()).error().code, ErrorCode::Busy);
 }
 
+// As a version before the check of the texts wrote it.
+TEST_F(TakeTest, ReadsAndEditsATakeWhoseTextsAreNotUtf8) {
+  ASSERT_NO_FATAL_FAILURE(record_example(path(), 5));
+  TakeInfo old = example_end(5);
+  old.notes = "caf\xE9";
+  old.tags = {"\xFFwalk"};
+  ASSERT_TRUE(mcap::add_metadata(path(), encode(old)));
+
+  EXPECT_EQ(TakeReader::open(path())->info().tags, std::vector<std::string>{"?walk"});
+  TakeEdit rating;
+  rating.rating = 2;
+  const auto edited = edit_take(path(), rating);
+  ASSERT_TRUE(edited) << edited.error().message;
+  EXPECT_EQ(edited->notes, "caf?");
+}
+
 TEST_F(TakeTest, RenamesWithoutReplacing) {
   ASSERT_NO_FATAL_FAILURE(record_example(path(), 5));
   folder_.write("best.mcap", "other");

@@ -4,6 +4,7 @@
 
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
+#include "take/mcap/edit.h"
 
 namespace mocap::retrack {
 namespace new_take_test {
@@ -75,6 +76,22 @@ TEST_F(NewTakeOfAnExample, HasWhatIsInItsSpan) {
   EXPECT_EQ(take->info().started_at, take::example_time(5));
   EXPECT_EQ(take->info().start_timecode, "") << "it was that of the whole take";
   EXPECT_EQ(take->info().notes, from_->info().notes);
+}
+
+// The original is of a version that did not check its texts.
+TEST_F(NewTakeOfAnExample, IsMadeOfATakeWhoseNotesAreNotUtf8) {
+  take::TakeInfo old = from_->info();
+  old.notes = "caf\xE9";
+  const std::filesystem::path path = folder_.path() / "walk-3.mcap";
+  ASSERT_TRUE(take::mcap::add_metadata(path, take::encode(old)));
+  from_ = std::make_unique<take::TakeReader>(*take::TakeReader::open(path));
+  NewTake made = create();
+  ASSERT_TRUE(made.append(take::example_snapshot(3), set_with({})));
+
+  const auto finished = made.finish();
+
+  ASSERT_TRUE(finished) << finished.error().message;
+  EXPECT_EQ(take::TakeReader::open(*finished)->info().notes, "caf?");
 }
 
 // Camera 1 exposes 2 ms after the mean of its set.
