@@ -203,6 +203,7 @@ TEST(ClipBuilder, PutsMarksOnTheNearestFrame) {
   EXPECT_DOUBLE_EQ(clip->events[0].time_s, 8.0 / 120.0);
   EXPECT_EQ(clip->events[1].name, "late");
   EXPECT_DOUBLE_EQ(clip->events[1].time_s, 11'900.0 / 120.0);
+  EXPECT_EQ(take.builder().report().marks_outside, 2U);
 }
 
 TEST(ClipBuilder, PutsMarksIntoGaps) {

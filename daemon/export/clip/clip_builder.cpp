@@ -90,8 +90,10 @@ Status ClipBuilder::learn(const Subject& subject) {
     Subject& known = track.rows.subject;
     if (known.name != subject.name) continue;
     if (const std::string change = change_of(known.marker_set, subject.marker_set); !change.empty()) {
-      return wrong(fmt::format("subject '{}' changes {} at snapshot {}; one file cannot hold both", subject.name,
-                               change, times_.size()));
+      return wrong(
+          fmt::format("subject '{}' changes {} at snapshot {}; one file cannot hold both: choose the other "
+                      "subjects with --subject, or track the take again with 'mocapctl take retrack'",
+                      subject.name, change, times_.size()));
     }
     known = subject;
     return {};
@@ -236,7 +238,10 @@ void ClipBuilder::add_events(Clip& clip, double period_s, const std::vector<std:
     if (before) --nearest;
     const double steps = period_s > 0.0 ? std::round(to_s(mark.at - times_[*nearest]) / period_s) : 0.0;
     const double frame = static_cast<double>(frame_of[*nearest]) + steps;
-    if (frame < 0.0 || frame >= static_cast<double>(clip.frames)) continue;
+    if (frame < 0.0 || frame >= static_cast<double>(clip.frames)) {
+      ++report_.marks_outside;
+      continue;
+    }
     clip.events.push_back({clip.rate.time_s(static_cast<std::int64_t>(frame)), std::move(mark.name)});
   }
   std::stable_sort(clip.events.begin(), clip.events.end(),
@@ -260,7 +265,7 @@ Result<Clip> ClipBuilder::build() {
   clip.rate = rate_for(period, last);
   clip.frames = static_cast<std::size_t>(last) + 1;
   report_ = {times_.size(), clip.frames - static_cast<std::size_t>(used),
-             times_.size() - static_cast<std::size_t>(used)};
+             times_.size() - static_cast<std::size_t>(used), 0};
   if (utc_minus_host_ns_) clip.first_utc_ns = to_ns(times_.front()) + *utc_minus_host_ns_;
   if (timecode_ && timecode_->frames_per_second > 0) {
     clip.first_timecode = timecode_;

@@ -16,11 +16,12 @@
 
 namespace mocap::exports {
 
-/// Snapshots that do not become a frame of their own, and frames without a snapshot.
+/// Snapshots that do not become a frame of their own, frames without a snapshot, and marks without a frame.
 struct ClipReport {
   std::size_t snapshots = 0;
-  std::size_t missing = 0;   ///< frames without a snapshot: all markers and bones are Lost
-  std::size_t repeated = 0;  ///< snapshots that are not later than the one before, left out
+  std::size_t missing = 0;        ///< frames without a snapshot: all markers and bones are Lost
+  std::size_t repeated = 0;       ///< snapshots that are not later than the one before, left out
+  std::size_t marks_outside = 0;  ///< marks before the first or after the last frame, left out
 };
 
 /// Builds a clip at the recorded rate from the snapshots of a recording.
@@ -40,7 +41,8 @@ class ClipBuilder {
   /// Adds the next snapshot. Fails with InvalidArgument if its markers or bones do not fit the description.
   Status add(const Snapshot& snapshot, std::optional<std::int64_t> utc_minus_host_ns);
 
-  /// Adds a mark of the operator, in any order. build() leaves out a mark before the first or after the last frame.
+  /// Adds a mark of the operator, in any order. build() leaves out and counts a mark before the first or after the last
+  /// frame.
   void mark(Timestamp at, std::string name);
 
   /// Fails with InvalidArgument if there is no snapshot, if one of the subjects to keep is in no description, or if

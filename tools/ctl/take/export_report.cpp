@@ -74,7 +74,7 @@ void print_export_json(const ExportReport& report, const Clip& clip) {
                                    {"bones", count_of_bones(clip)},
                                    {"pose_frames", poses},
                                    {"marks", clip.events.size()},
-                                   {"marks_left_out", report.marks_left_out},
+                                   {"marks_left_out", report.marks_left_out + report.recorded.marks_outside},
                                    {"axes", exports::name_of(report.options.axes)},
                                    {"unit", exports::name_of(report.options.unit)},
                                    {"recorded_snapshots", report.recorded.snapshots},
@@ -100,6 +100,10 @@ void print_export_text(const ExportReport& report, const Clip& clip) {
   for (const ClipSubject& subject : clip.subjects) {
     if (subject.subject.marker_set.skeleton.bones.empty() || frames_with_pose(subject, clip.frames) > 0) continue;
     fmt::print("{} has a pose in 0 of {} frames\n", subject.subject.name, clip.frames);
+  }
+  if (recorded.marks_outside > 0) {
+    fmt::print("{} marks were left out: they are before the first or after the last frame of the take\n",
+               recorded.marks_outside);
   }
   if (report.marks_left_out > 0) {
     fmt::print("{} of {} marks were left out: a {} file holds {}\n", report.marks_left_out,
