@@ -133,7 +133,9 @@ void Fusion::use_fit(const std::optional<SubjectFit>& identified) {
 void Fusion::remember_fit() {
   const auto known = std::ranges::find(fits_, fit_->subject, &SubjectFit::subject);
   if (known != fits_.end()) {
+    const bool maybe_other_person = known->at_identification;  // also after later fits of that body
     *known = *fit_;
+    known->at_identification |= maybe_other_person;
   } else if (fits_.size() < fits_.capacity()) {
     fits_.push_back(*fit_);
   }

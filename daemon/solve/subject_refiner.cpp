@@ -89,6 +89,8 @@ class SubjectRefiner::SubjectRefinement {
     if (!(before.settings_ == settings_)) {
       current_offsets_ = before.current_offsets_;
       has_offsets_ = before.has_offsets_;
+      is_refined_ = before.is_refined_;
+      set_known_bones(has_known_bones_ && before.has_known_bones_);
       return;
     }
     const SubjectId id = id_;

@@ -37,8 +37,8 @@ class SubjectRefiner {
   /// tracked if it is rigid.
   void forget(SubjectId subject);
 
-  /// Takes over the subjects that continue: their bodies and, with equal settings, their stored poses and the fit in
-  /// progress. `before` is not used afterwards. Call before the first `step`; allocates.
+  /// Takes over the subjects that continue: their bodies, what is known of them and, with equal settings, their stored
+  /// poses and the fit in progress. `before` is not used afterwards. Call before the first `step`; allocates.
   void adopt(SubjectRefiner& before, const Handover& handover);
 
   /// Stores the poses of one set if they are new, and does `pieces` steps of work for one subject. Returns a body model

@@ -61,5 +61,19 @@ TEST(FusionHandover, ForgetsTheFitOfASubjectThatDoesNotContinue) {
   EXPECT_FALSE(now->fit().has_value());
 }
 
+// A refiner of a later configuration assumes the bones of the file otherwise.
+TEST(FusionHandover, RemembersAfterALaterFitThatTheBodyMayBeOfAnotherPerson) {
+  const auto fusion = empty_fusion();
+  SubjectFit identified = fit_of(SubjectId{0});
+  identified.at_identification = true;
+  fusion->refit(identified);
+  fusion->step({});
+  fusion->refit(fit_of(SubjectId{0}));
+  fusion->step({});
+
+  EXPECT_FALSE(fusion->fit()->at_identification);
+  EXPECT_TRUE(fusion->fits().front().at_identification);
+}
+
 }  // namespace handover_test
 }  // namespace mocap::fusion

@@ -282,6 +282,25 @@ TEST(SubjectRefiner, FitsABodyThatWasFittedAtAnIdentificationAsIfItWasUnknown) {
   EXPECT_EQ(test::archived(other), test::archived(of_known));
 }
 
+TEST(SubjectRefiner, KnowsNoBonesOfAnotherPersonWhenItsSettingsChange) {
+  const MarkerSet file = test::person("baseline41");
+  const Person person(file, 5, 0.0);
+  const std::vector<Subject> unknown{{"somebody", file}}, known{{"somebody", file, true}};
+  SubjectRefiner of_unknown({}, unknown), of_known({}, known);
+  SubjectFit identified = just_identified(file, person.body().marker_set());
+  identified.at_identification = true;
+  of_unknown.recognised(identified);
+  of_known.recognised(identified);
+
+  const RefineSettings changed{.least_gain = 0.05};
+  SubjectRefiner after_unknown(changed, unknown), after_known(changed, known);
+  const Handover handover{.subjects = {SubjectId{0}}, .cameras = {}};
+  after_unknown.adopt(of_unknown, handover);
+  after_known.adopt(of_known, handover);
+
+  EXPECT_EQ(test::archived(after_known), test::archived(after_unknown));
+}
+
 TEST(SubjectRefiner, GivesTheSameFitsForTheSameSets) {
   EXPECT_EQ(track("baseline41", 5, 900, {}).fits, track("baseline41", 5, 900, {}).fits);
 }
