@@ -82,6 +82,30 @@ TEST(Floor, RefusesAMarkerThatIsNotOnTheFloorAndNamesIt) {
   EXPECT_NE(message.find(place), std::string::npos) << message;
 }
 
+TEST(Floor, NamesTheMarkerWithoutWhichTheOthersFitAndNotTheFarthest) {
+  // The wrong marker tilts the plane, from which the fourth one is then farthest (57 mm, the wrong one 24 mm).
+  const auto points = in_rig({{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.9, 0.8, 0.0}, {2.5, 2.5, 0.3}});
+
+  const auto floor = floor_from_points(points, 0.0, rig_of_its_own());
+
+  ASSERT_FALSE(floor);
+  const Vector3d& away = points.back();
+  const std::string place = fmt::format("without the one at ({:.2f}, {:.2f}, {:.2f}) m", away.x(), away.y(), away.z());
+  EXPECT_NE(floor.error().message.find(place), std::string::npos) << floor.error().message;
+  EXPECT_NE(floor.error().message.find("the others are 0 mm rms off"), std::string::npos) << floor.error().message;
+}
+
+TEST(Floor, NamesNoMarkerOfFour) {
+  const auto points = in_rig({{1.0, 0.5, 0.0}, {-1.0, 0.7, 0.0}, {0.2, -1.5, 0.3}, {1.1, -1.0, 0.0}});
+
+  const auto floor = floor_from_points(points, 0.0, rig_of_its_own());
+
+  ASSERT_FALSE(floor);
+  const std::string& message = floor.error().message;
+  EXPECT_NE(message.find("4 markers do not show which one"), std::string::npos) << message;
+  EXPECT_EQ(message.find(" at ("), std::string::npos) << message;
+}
+
 TEST(Floor, IsNotCheckedByThreeMarkers) {
   std::vector<Vector3d> points{{1.0, 0.5, 0.0}, {-1.0, 0.7, 0.0}, {0.2, -1.5, 0.4}};  // one is not on the floor
 

@@ -23,7 +23,7 @@ constexpr double kArmTolerance_m = 0.015;
 constexpr double kMaxFitResidual_m = 0.01;
 // Points whose second principal extent is a smaller fraction of the first lie on a line. Chosen by hand.
 constexpr double kMinFlatness = 0.05;
-// As the limit of a fair floor in rig/assess_rig.cpp: a larger residual is a marker that is not on the floor.
+// A larger residual is a marker that is not on the floor. Chosen by hand; not yet measured.
 constexpr double kMaxPlaneResidual_m = 0.015;
 // Final half-width of the band of points about the floor plane of a walk. Chosen by hand; not yet measured.
 constexpr double kBand_m = 0.01;
@@ -113,16 +113,43 @@ Error below_floor_error(const Pose& world_from_rig, const Rig& rig) {
           "its markers up"};
 }
 
-Error off_plane_error(std::span<const Vector3d> points_m, const Plane& plane) {
-  const Vector3d& farthest =
-      *std::ranges::max_element(points_m, {}, [&](const Vector3d& point) { return std::abs(plane.height(point)); });
+/// A marker without which the others fit a plane best.
+struct OffPlane {
+  Vector3d marker;
+  double rms_without_m = 0.0;
+};
+
+// Leave-one-out. The farthest marker from the plane through all need not be the wrong one: a wrong marker at the border
+// tilts the plane. Nothing for four markers, of which any three fit, or if the others always lie on one line.
+std::optional<OffPlane> find_off_plane(std::span<const Vector3d> points_m, const Rig& rig) {
+  std::optional<OffPlane> found;
+  if (points_m.size() < 5) return found;
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    std::vector<Vector3d> others(points_m.begin(), points_m.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    const Plane plane = fit_plane(others, rig);
+    if (plane.flatness < kMinFlatness || (found && plane.rms_m >= found->rms_without_m)) continue;
+    found = OffPlane{points_m[i], plane.rms_m};
+  }
+  return found;
+}
+
+Error off_plane_error(std::span<const Vector3d> points_m, const Plane& plane, const Rig& rig) {
+  const std::string figures =
+      fmt::format("the {} markers on the floor are {:.0f} mm rms off one plane, expected at most {:.0f}",
+                  points_m.size(), 1e3 * plane.rms_m, 1e3 * kMaxPlaneResidual_m);
+  const std::optional<OffPlane> off = find_off_plane(points_m, rig);
+  if (!off) {
+    return {ErrorCode::InvalidArgument,
+            fmt::format("{}: one of them is not on the floor, and {} markers do not show which one; lay all of them on "
+                        "the floor, add another one, or take all lights that are not on the floor away",
+                        figures, points_m.size())};
+  }
   return {
       ErrorCode::InvalidArgument,
-      fmt::format("the {} markers on the floor are {:.0f} mm rms off one plane, expected at most {:.0f}; the farthest "
-                  "one, at ({:.2f}, {:.2f}, {:.2f}) m in the world of the rig, is {:.0f} mm off: lay it on the "
-                  "floor, or take it and all lights that are not on the floor away",
-                  points_m.size(), 1e3 * plane.rms_m, 1e3 * kMaxPlaneResidual_m, farthest.x(), farthest.y(),
-                  farthest.z(), 1e3 * std::abs(plane.height(farthest)))};
+      fmt::format("{}; without the one at ({:.2f}, {:.2f}, {:.2f}) m in the world of the rig, the others are {:.0f} "
+                  "mm rms off: lay it on the floor, or take it and all lights that are not on the floor away",
+                  figures, off->marker.x(), off->marker.y(), off->marker.z(), 1e3 * off->rms_without_m)};
 }
 
 }  // namespace
@@ -170,7 +197,7 @@ Result<Floor> floor_from_points(std::span<const Vector3d> points_m, double heigh
         ErrorCode::InvalidArgument,
         fmt::format("the {} markers on the floor lie on one line; move one of them off the line", points_m.size())};
   }
-  if (plane.rms_m > kMaxPlaneResidual_m) return off_plane_error(points_m, plane);
+  if (plane.rms_m > kMaxPlaneResidual_m) return off_plane_error(points_m, plane, rig);
   return Floor{world_of_plane(plane, height_m, rig), plane.rms_m, points_m.size() > 3};
 }
 

@@ -33,7 +33,8 @@ Result<Floor> floor_from_frame(std::span<const Eigen::Vector3d> points_m, const 
 
 /// Fits the floor plane to three markers or more on the floor; the cameras are above it. The origin is below the mean
 /// of the camera centres, x is the projection of the rig's x axis. Fails with InvalidArgument for points on one line,
-/// or if they are more than 15 mm rms off one plane; the message names the farthest one.
+/// or if they are more than 15 mm rms off one plane; from five markers on, the message names the one without which the
+/// others fit a plane best.
 Result<Floor> floor_from_points(std::span<const Eigen::Vector3d> points_m, double height_m, const Rig& rig);
 
 /// Fits the floor plane to the lowest points of a walk: the lowest markers of standing feet lie on one plane and no
