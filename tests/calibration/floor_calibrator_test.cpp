@@ -66,6 +66,22 @@ TEST(FloorCalibrator, PutsTheRigIntoTheWorldOfTheFloorFrame) {
   EXPECT_EQ(std::get<std::string>(report.result->calibrated.facts.at("floor")), "frame");
 }
 
+TEST(FloorCalibrator, ReportsNoResidualOfThreeMarkers) {
+  FloorCalibrator calibrator(provisional_rig());
+  ASSERT_TRUE(calibrator.start(floor_order(FloorMethod::Points)));
+
+  add_until_enough(calibrator, [](int) { return std::vector<Vector3d>(kFrame.begin(), kFrame.begin() + 3); });
+  calibrator.solve({});
+
+  const CalibrationReport report = calibrator.report();
+  ASSERT_TRUE(report.result) << report.message;
+  EXPECT_TRUE(report.is_floor);
+  EXPECT_FALSE(report.result->floor_rms_m);
+  EXPECT_FALSE(report.result->calibrated.facts.contains("floor_rms_mm"));
+  ASSERT_EQ(report.result->issues.size(), 1U);
+  EXPECT_THAT(report.result->issues[0], testing::HasSubstr("lay a fourth one"));
+}
+
 TEST(FloorCalibrator, RefusesMarkersThatMove) {
   FloorCalibrator calibrator(provisional_rig());
   ASSERT_TRUE(calibrator.start(floor_order(FloorMethod::Frame)));

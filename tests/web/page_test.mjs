@@ -435,6 +435,16 @@ test("The floor is measured with a floor frame", async () => {
   ]);
 });
 
+test("A floor that three markers give is called unchecked", async () => {
+  const { page } = await visit("#/calibrate");
+  const floor = page.getByRole("region", { name: "Floor", exact: true });
+  await floor.getByLabel("With").selectOption("METHOD_MARKERS");
+  await floor.getByRole("button", { name: "Measure the floor" }).click();
+  await floor.getByText("lay a fourth one").waitFor();
+
+  assert.equal(await floor.getByText("The markers lie within").count(), 0);
+});
+
 test("A wand that is no wand cannot be waved", async () => {
   const { page } = await visit("#/calibrate");
   await page.getByLabel(/Its markers from one end/).fill("0, 500, 160");

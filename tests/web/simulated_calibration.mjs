@@ -16,11 +16,12 @@ export class SimulatedCalibration {
   static looks = ({ action }) => action === "ACTION_STATUS" || action === "ACTION_LIST";
 
   /** The members of an answer to a CalibrationRequest, in Protobuf's JSON. */
-  answer({ action, name }) {
+  answer({ action, name, floor }) {
     if (action === "ACTION_LIST") return { rigs: { rigs: this.rigs } };
     if (action === "ACTION_STATUS" && this.state === "COLLECTING") this.samples = Math.min(this.waved ? kNeeded : kNeeded - kSamplesPerLook, this.samples + kSamplesPerLook);
     if (action === "ACTION_STATUS" && this.floor && this.state === "COLLECTING") this.state = "SOLVED";
     if (action === "ACTION_WAND" || action === "ACTION_FLOOR") Object.assign(this, { state: "COLLECTING", samples: 0, floor: action === "ACTION_FLOOR" });
+    if (action === "ACTION_FLOOR") this.isFloorChecked = floor?.method !== "METHOD_MARKERS";  // three markers fit any plane
     if (action === "ACTION_SOLVE") this.state = "SOLVED";
     if (action === "ACTION_CANCEL") this.state = "CANCELLED";
     if (action === "ACTION_APPLY") {
@@ -38,7 +39,8 @@ export class SimulatedCalibration {
 
   floorProgress() {
     const solved = this.state === "SOLVED" || this.state === "APPLIED";
-    return { state: `CALIBRATION_STATE_${this.state}`, floor: true, advice: "leave the floor frame still: 2 of 5 s", ...(solved && { result: { floorRmsM: 0.0004 } }) };
+    const result = this.isFloorChecked ? { floorRmsM: 0.0004 } : { issues: ["the floor is not checked: three markers always fit; lay a fourth one"] };
+    return { state: `CALIBRATION_STATE_${this.state}`, floor: true, advice: "leave the floor frame still: 2 of 5 s", ...(solved && { result }) };
   }
 
   progress() {

@@ -58,9 +58,9 @@ void FloorCalibrator::solve(const CalibrationProgress& /*progress*/) {
     return;
   }
   result_.emplace();
-  result_->floor_rms_m = floor->rms_m;
   result_->calibrated = {in_world(*floor, rig_), {{"floor", std::string(name_of(order_.method))}}};
   if (floor->is_checked) {
+    result_->floor_rms_m = floor->rms_m;
     result_->calibrated.facts["floor_rms_mm"] = 1e3 * floor->rms_m;
   } else {
     result_->issues.emplace_back("the floor is not checked: three markers always fit; lay a fourth one");

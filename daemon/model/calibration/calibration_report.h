@@ -61,8 +61,8 @@ struct CalibrationResult {
   std::uint64_t samples = 0;
   double wand_m = 0.0;  ///< mean length, triangulated without the known length; 0: unknown
   double wand_std_m = 0.0;
-  /// Of a measured floor: residual of its markers; 0 if three markers were fitted to a plane, see `issues`. Only the
-  /// floor is then new.
+  /// Of a measured floor: residual of its markers. Nothing if three markers were fitted to a plane, see `issues`, and
+  /// for a calibration of the cameras.
   std::optional<double> floor_rms_m;
   bool floor_is_guessed = false;
   std::vector<std::string> issues;  ///< with advice, the worst first

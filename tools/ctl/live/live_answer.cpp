@@ -119,8 +119,9 @@ std::string figure_text(double figure, double unit, int digits) {
 
 void print_calibration_result(const v1::Calibration& calibration) {
   const v1::CalibrationResult& result = calibration.result();
-  if (result.has_floor_rms_m()) {
-    fmt::print("floor   residual {:.1f} mm\n", 1e3 * result.floor_rms_m());
+  if (calibration.floor()) {
+    fmt::print("floor   residual {}\n",
+               result.has_floor_rms_m() ? fmt::format("{:.1f} mm", 1e3 * result.floor_rms_m()) : "-");
     for (const std::string& issue : result.issues()) fmt::print("        {}\n", issue);
     return;
   }

@@ -23,7 +23,7 @@ export function FloorCalibration({ calibration }: { calibration: LiveCalibration
   const framed = method === "METHOD_FRAME";
   const valid = (!framed || (long_m > 0 && short_m > 0)) && Number.isFinite(Number(height_mm));
   const start = () => run({ action: "ACTION_FLOOR", floor: { method, heightM: Number(height_mm) / 1000, ...(framed && { longM: long_m, shortM: short_m }) } });
-  const rms_m = progress?.floor ? progress.result?.floorRmsM : undefined;
+  const result = progress?.floor ? progress.result : undefined;
   return (
     <Panel title="Floor">
       <div class="stack">
@@ -40,7 +40,8 @@ export function FloorCalibration({ calibration }: { calibration: LiveCalibration
         </div>
         {!isRunning(progress) && <OrderButton primary text="Measure the floor" disabled={!mayChange.value || !valid} run={start} />}
         {progress?.floor && <CalibrationSteps calibration={calibration} />}
-        {rms_m !== undefined && <p class="soft">The markers lie within {fixed(1000 * rms_m, 1, "mm")} rms.</p>}
+        {result?.floorRmsM !== undefined && <p class="soft">The markers lie within {fixed(1000 * result.floorRmsM, 1, "mm")} rms.</p>}
+        {result !== undefined && result.issues.length > 0 && <ul class="soft">{result.issues.map((issue) => <li key={issue}>{issue}</li>)}</ul>}
       </div>
     </Panel>
   );
