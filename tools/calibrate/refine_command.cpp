@@ -6,7 +6,6 @@
 
 #include "calibrate/repair_recording.h"
 #include "calibrate/rig_output.h"
-#include "calibration/image_cells.h"
 #include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
@@ -19,14 +18,7 @@ void report(const RecordingRepair& repaired, const Rig& before) {
                camera.rotated_rad * 180.0 / std::numbers::pi, 1e3 * camera.moved_m);
   }
   for (const calibration::KeptCamera& camera : repaired.kept) {
-    fmt::print("camera {}: kept as it was: ", camera.name);
-    if (camera.views < calibration::kMinRepairViews) {
-      fmt::print("only {} views of markers that three cameras see, expected at least {}\n", camera.views,
-                 calibration::kMinRepairViews);
-    } else {
-      fmt::print("its {} views of markers cover only {} of {} parts of its image, expected at least {}\n", camera.views,
-                 camera.cells, calibration::CoveredCells{}.size(), calibration::kMinCoveredCells);
-    }
+    fmt::print("camera {}: kept as it was: {}\n", camera.name, calibration::reason_of(camera));
   }
   fmt::print("rig: residual {:.3f} px before, {:.3f} px after\n", repaired.before_px, repaired.after_px);
 }

@@ -208,7 +208,7 @@ struct Coverage {
   std::size_t views = 0;
   CoveredCells cells;
 
-  bool is_sufficient() const { return views >= kMinRepairViews && cells.count() >= kMinCoveredCells; }
+  KeptCamera of(const CameraModel& camera) const { return {camera.name, views, cells.count()}; }
 };
 
 std::vector<Coverage> coverage_of(const std::vector<ObservedMarker>& markers, const Rig& rig) {
@@ -233,6 +233,7 @@ struct LeftOut {
 // that may have been bumped. A camera whose pose was just estimated and judged stays.
 LeftOut leave_out_undetermined(const RepairedRig& repaired, std::vector<ObservedMarker>& markers) {
   const Rig& rig = repaired.rig;
+  const std::vector<Coverage> whole = coverage_of(markers, rig);
   LeftOut left_out;
   left_out.cameras.assign(rig.size(), false);
   for (bool is_changed = true; is_changed;) {
@@ -241,9 +242,9 @@ LeftOut leave_out_undetermined(const RepairedRig& repaired, std::vector<Observed
     for (std::size_t c = 0; c < rig.size(); ++c) {
       const bool is_repaired =
           std::ranges::find(repaired.cameras, rig[c].name, &RepairedCamera::name) != repaired.cameras.end();
-      if (left_out.cameras[c] || is_repaired || coverage[c].is_sufficient()) continue;
+      if (left_out.cameras[c] || is_repaired || coverage[c].of(rig[c]).is_sufficient()) continue;
       left_out.cameras[c] = is_changed = true;
-      left_out.kept.push_back({rig[c].name, coverage[c].views, coverage[c].cells.count()});
+      left_out.kept.push_back(whole[c].of(rig[c]));
     }
     for (ObservedMarker& marker : markers) {
       std::erase_if(marker.observations, [&](const MarkerObservation& view) {
@@ -255,7 +256,35 @@ LeftOut leave_out_undetermined(const RepairedRig& repaired, std::vector<Observed
   return left_out;
 }
 
+// Names the cameras whose own views do not suffice; the others lack only markers that these cameras see, too.
+Error nothing_left(const std::vector<KeptCamera>& kept) {
+  std::string figures;
+  for (const KeptCamera& camera : kept) {
+    if (camera.is_sufficient()) continue;
+    figures += fmt::format("{}camera '{}' has {} views in {} of the {} parts of its image", figures.empty() ? "" : ", ",
+                           camera.name, camera.views, camera.cells, CoveredCells{}.size());
+  }
+  return refusal(
+      fmt::format("the views of markers that three cameras see do not determine the rig: {}, expected at least {} in "
+                  "{}, and without these views too few markers are left; move markers through the whole image of "
+                  "these cameras, where two other cameras see them, too",
+                  figures, kMinRepairViews, kMinCoveredCells));
+}
+
 }  // namespace
+
+std::string reason_of(const KeptCamera& camera) {
+  if (camera.views < kMinRepairViews) {
+    return fmt::format("only {} views of markers that three cameras see, expected at least {}", camera.views,
+                       kMinRepairViews);
+  }
+  if (camera.cells < kMinCoveredCells) {
+    return fmt::format("its {} views of markers cover only {} of {} parts of its image, expected at least {}",
+                       camera.views, camera.cells, CoveredCells{}.size(), kMinCoveredCells);
+  }
+  return fmt::format("too few of its {} views are of markers that three cameras see without the other kept ones",
+                     camera.views);
+}
 
 Result<RepairedRig> repair_rig(const MarkerRecording& recording, const Rig& before,
                                std::vector<CameraDeviation> deviations, int threads) {
@@ -268,12 +297,7 @@ Result<RepairedRig> repair_rig(const MarkerRecording& recording, const Rig& befo
   const bool are_enough = markers.size() >= kMinRefinedMarkers;
   LeftOut left_out;
   if (are_enough) left_out = leave_out_undetermined(repaired, markers);
-  if (are_enough && left_out.kept.size() == before.size()) {
-    return refusal(
-        fmt::format("no camera has {} views of markers in {} of the {} parts of its image: the views do not "
-                    "determine the rig; move markers through the whole volume",
-                    kMinRepairViews, kMinCoveredCells, kImageCells * kImageCells));
-  }
+  if (are_enough && markers.size() < kMinRefinedMarkers) return nothing_left(left_out.kept);
   auto refined = refine_rig(repaired.rig, thin_out(markers, kMaxMarkersUsed), settings);
   if (!refined) {
     return refusal(
@@ -286,7 +310,7 @@ Result<RepairedRig> repair_rig(const MarkerRecording& recording, const Rig& befo
   }
   const auto after = recording.deviations(refined->rig);
   for (std::size_t c = 0; c < after.size(); ++c) {
-    if (after[c].drifted) {
+    if (after[c].drifted && !left_out.cameras[c]) {
       return refusal(
           fmt::format("camera '{}' still deviates by {:.2f} px: no motion of the camera explains its views; was its "
                       "lens touched? Calibrate again with mocap-calibrate wand",

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calibration/image_cells.h"
 #include "model/blob.h"
 #include "model/camera_model.h"
 #include "model/ids.h"
@@ -62,20 +63,27 @@ struct RepairedCamera {
   double moved_m = 0.0;
 };
 
-/// A camera whose pose was not changed, because its views of markers are too few or cover too little of its image.
-struct KeptCamera {
-  std::string name;
-  std::size_t views = 0;  ///< of markers that three cameras or more see
-  std::size_t cells = 0;  ///< of its image that the views cover, of kImageCells x kImageCells
-};
-
 /// Fewer views of markers do not determine the pose of a camera. Chosen by hand; not yet measured.
 inline constexpr std::size_t kMinRepairViews = 100;
+
+/// A camera whose pose was not changed, because its views of markers are too few or cover too little of its image, or
+/// because too few of them are left without the views of such cameras.
+struct KeptCamera {
+  std::string name;
+  std::size_t views = 0;  ///< of markers that three cameras or more see, kept cameras included
+  std::size_t cells = 0;  ///< of its image that these views cover, of kImageCells x kImageCells
+
+  /// Whether its views would suffice if no other camera were kept.
+  bool is_sufficient() const { return views >= kMinRepairViews && cells >= kMinCoveredCells; }
+};
+
+/// Why a camera was kept, such as "only 50 views of markers that three cameras see, expected at least 100".
+std::string reason_of(const KeptCamera& camera);
 
 struct RepairedRig {
   Rig rig;
   std::vector<RepairedCamera> cameras;  ///< in the order of their repair
-  std::vector<KeptCamera> kept;         ///< not all cameras
+  std::vector<KeptCamera> kept;         ///< not all cameras; first those that are not sufficient
   double before_px = 0.0;               ///< robust rms per axis, after the repair of single cameras
   double after_px = 0.0;                ///< after the adjustment of all cameras
 };
