@@ -248,7 +248,7 @@ int LensCommand::fit_and_write(const std::vector<CameraViews>& cameras) {
   if (dry_run_) return kExitOk;
   if (const Status saved = settings::save_lenses(rig_, lenses); !saved) {
     print_message("{}", saved.error().message);
-    return exit_of_lens(saved.error().code);
+    return saved.error().code == ErrorCode::Io ? kExitCannotWrite : exit_of_lens(saved.error().code);
   }
   if (!json_) {
     fmt::print("{}: lenses of {} cameras written; calibrate their poses again (mocap-calibrate wand)\n", rig_.string(),

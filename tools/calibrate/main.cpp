@@ -29,9 +29,9 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate compare old.rig.toml new.rig.toml      camera by camera: what moved
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
-exit codes: 0 done, 64 wrong command line, 65 recording or images refused (nothing is written), 66 recording not found,
-69 a camera is missing or busy, or a rig or report cannot be written, 70 a bug, 73 import or export cannot write,
-78 wrong configuration)";
+exit codes: 0 done, 64 wrong command line, 65 recording or images refused, or verify found a fault (no rig file is
+changed), 66 recording not found, 69 a camera is missing or busy, 70 a bug, 73 a file cannot be written, 78 wrong
+configuration)";
 
 }  // namespace
 

@@ -148,7 +148,7 @@ int write(const MaskOptions& options, const std::filesystem::path& path, const R
   const Status saved = settings::save_masks(path, rig, settings::kLearntMasks);
   if (!saved) {
     print_message("{}", saved.error().message);
-    return exit_of_mask(saved.error().code);
+    return saved.error().code == ErrorCode::Io ? kExitCannotWrite : exit_of_mask(saved.error().code);
   }
   fmt::print("{}: written; restart mocapd to use it\n", path.string());
   return kExitOk;

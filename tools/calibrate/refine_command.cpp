@@ -79,13 +79,14 @@ int run_refine(const RefineOptions& options) {
     const int written = write_rig(options.out.empty() ? file : options.out, repaired->rig, std::move(facts), "refine");
     if (written != kExitOk) return written;
   }
-  if (repaired->kept.empty()) return kExitOk;
-  std::fflush(stdout);
-  print_message(
-      "{} of {} cameras could not be judged and are as they were; move markers through their images, where two "
-      "other cameras see them, too",
-      repaired->kept.size(), rig->size());
-  return kExitData;
+  if (!repaired->kept.empty()) {
+    std::fflush(stdout);
+    print_message(
+        "warning: {} of {} cameras could not be judged and are as they were; move markers through their images, where "
+        "two other cameras see them, too",
+        repaired->kept.size(), rig->size());
+  }
+  return kExitOk;
 }
 
 }  // namespace mocap::calibrate

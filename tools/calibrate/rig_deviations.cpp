@@ -26,7 +26,8 @@ std::pair<Timestamp, Timestamp> span_of(const take::BlobRecording& recording) {
   return span;
 }
 
-// With fewer cameras a view says nothing: the marker was fitted to it. As in the drift watch.
+// With fewer cameras a matched view says nothing: the marker was fitted to it. The drift watch also uses unmatched
+// blobs at markers of three other cameras; they are not counted here.
 constexpr std::uint32_t kMinCamerasOfView = 4;
 
 void cover(const PipelineOutput& output, const Rig& rig, std::vector<calibration::CoveredCells>& covered) {

@@ -48,7 +48,7 @@ struct RefineOptions {
 void add_refine_command(cli::App& app, RefineOptions& options);
 
 /// Repairs a rig from moving markers: first bumped cameras, then all. Returns the exit code of the program: kExitData
-/// if nothing was repaired, or if a camera could not be judged and was kept as it was.
+/// if nothing was repaired. A camera that could not be judged is kept as it was, with a warning.
 int run_refine(const RefineOptions& options);
 
 }  // namespace mocap::calibrate

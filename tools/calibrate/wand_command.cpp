@@ -213,7 +213,7 @@ int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, c
       calibration::place_in_world(*solution, {*before, settings::floor_is_guessed(lens_file(options, gathered))});
   if (const Status reported = write_reports(options, *solution, placed, *before); !reported) {
     print_message("{}", reported.error().message);
-    return kExitUnavailable;
+    return kExitCannotWrite;
   }
   fmt::print("floor: {}\n",
              placed.floor_is_guessed ? "provisional; measure it with mocap-calibrate floor" : "where it was");
