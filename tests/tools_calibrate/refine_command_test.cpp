@@ -267,6 +267,25 @@ TEST_F(RigCommands, RefineNamesACameraThatItCouldNotJudge) {
   EXPECT_LT(((*refined)[4].centre().v - rig[4].centre().v).norm(), 1e-9);
 }
 
+// The rig file has all cameras, the recording all but the third.
+TEST_F(RigCommands, RefineTakesOverACameraThatTheRecordingLacks) {
+  const Rig all = eight_cameras();
+  Rig recorded = all;
+  recorded.erase(recorded.begin() + 2);
+  const auto arguments = files(moving_markers(recorded, 41), recorded);
+  ASSERT_TRUE(settings::save_rig(path("rig.toml"), all, {}));
+
+  const Outcome ran = refine(arguments);
+
+  EXPECT_EQ(ran.exit, kExitOk) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("camera " + all[2].name + ": not in this recording, taken over"));
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  ASSERT_EQ(rig->size(), all.size());
+  EXPECT_EQ(rig->back().name, all[2].name);
+  EXPECT_LT((rig->back().centre().v - all[2].centre().v).norm(), 1e-9);
+}
+
 // --- the floor -------------------------------------------------------------------------------------------------------
 
 const std::vector<Eigen::Vector3d> kFrame{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, 0.4, 0.0}};
@@ -290,6 +309,23 @@ TEST_F(RigCommands, FloorMovesTheWorldOntoTheFloorFrame) {
   ASSERT_TRUE(rig);
   for (std::size_t i = 0; i < truth.size(); ++i)
     EXPECT_LT(((*rig)[i].centre().v - truth[i].centre().v).norm(), 2e-3) << "m, 4 m off a frame of 0.6 m";
+}
+
+TEST_F(RigCommands, FloorMovesACameraThatTheRecordingLacks) {
+  const Rig truth = eight_cameras();
+  Rig recorded = truth;
+  recorded.erase(recorded.begin() + 2);
+  const auto arguments = files(still_points(recorded, kFrame, 8), without_floor(recorded));
+  ASSERT_TRUE(settings::save_rig(path("rig.toml"), without_floor(truth), {}));
+
+  const Outcome ran = floor(arguments);
+
+  ASSERT_EQ(ran.exit, kExitOk) << ran.output;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  ASSERT_EQ(rig->size(), truth.size());
+  EXPECT_EQ(rig->back().name, truth[2].name);
+  EXPECT_LT((rig->back().centre().v - truth[2].centre().v).norm(), 2e-3) << "m, as the others";
 }
 
 TEST_F(RigCommands, FloorRefusesAMirroredFrameAndAFrameOnTheCeiling) {

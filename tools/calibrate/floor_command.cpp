@@ -59,7 +59,7 @@ int run_floor(const FloorOptions& options) {
     print_message("{}", floor.error().message);
     return kExitData;
   }
-  const Rig placed = calibration::in_world(*floor, *rig);
+  const Rig placed = calibration::in_world(*floor, with_absent_cameras(*rig, file));
   double lowest = 1e9;
   double highest = -1e9;
   for (const CameraModel& camera : placed) {

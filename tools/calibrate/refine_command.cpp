@@ -76,7 +76,8 @@ int run_refine(const RefineOptions& options) {
   if (!options.dry_run) {
     settings::RigMetadata facts{{"refined_px", repaired->after_px}};
     if (settings::floor_is_guessed(file)) facts["floor"] = std::string("guessed");
-    const int written = write_rig(options.out.empty() ? file : options.out, repaired->rig, std::move(facts), "refine");
+    const int written = write_rig(options.out.empty() ? file : options.out, with_absent_cameras(repaired->rig, file),
+                                  std::move(facts), "refine");
     if (written != kExitOk) return written;
   }
   if (!repaired->kept.empty()) {

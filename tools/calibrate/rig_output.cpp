@@ -26,9 +26,9 @@ std::optional<std::string> refusal_to_replace(const std::filesystem::path& path,
   for (const CameraModel& camera : *before) {
     if (std::ranges::find(rig, camera.name, &CameraModel::name) != rig.end()) continue;
     return fmt::format(
-        "'{}' of '{}' is not in this recording, and the file is not replaced; use --out FILE, or remove [{}] from the "
-        "file if the camera is gone",
-        camera.name, path.string(), camera.name);
+        "'{}' of '{}' is not in this recording, and the file is not replaced; use --out FILE, or remove the camera's "
+        "table from the file if the camera is gone",
+        camera.name, path.string());
   }
   return std::nullopt;
 }
@@ -54,6 +54,17 @@ int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMe
   fmt::print("{}: written; mocapctl reload lets mocapd use it\n", path.string());
   if (!before->empty()) fmt::print("{}: the rig before\n", before->string());
   return kExitOk;
+}
+
+Rig with_absent_cameras(Rig rig, const std::filesystem::path& file) {
+  const auto before = settings::load_rig(file);
+  if (!before) return rig;
+  for (const CameraModel& camera : *before) {
+    if (std::ranges::find(rig, camera.name, &CameraModel::name) != rig.end()) continue;
+    fmt::print("camera {}: not in this recording, taken over from '{}'\n", camera.name, file.string());
+    rig.push_back(camera);
+  }
+  return rig;
 }
 
 }  // namespace mocap::calibrate

@@ -14,4 +14,8 @@ namespace mocap::calibrate {
 /// and is no rig file, or has a camera that `rig` lacks: the file is unchanged then, and the new rig is kept in `rigs`.
 int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* subcommand);
 
+/// Appends the cameras of a rig file that `rig` lacks because they are not in the recording, and reports them. For
+/// commands after which the pose of such a camera is still known; `file` may be missing.
+Rig with_absent_cameras(Rig rig, const std::filesystem::path& file);
+
 }  // namespace mocap::calibrate
