@@ -147,6 +147,16 @@ TEST(LensCommand, WritesNothingIfTheRigHasAnotherImageSize) {
   EXPECT_EQ(read(rig_file), other);
 }
 
+TEST(LensCommand, EndsWithTheCodeOfAFileThatCannotBeWritten) {
+  const support::TemporaryFolder folder;
+  draw_boards(folder.path() / "shots/door", 24, 0.8);
+  const auto rig_file = folder.path() / "missing" / "rig.toml";
+
+  const int exit = run(with_board({"--images", (folder.path() / "shots").string(), "--rig", rig_file.string()}));
+
+  EXPECT_EQ(exit, 73);
+}
+
 TEST(LensCommand, RefusesAnEmptyFolderAndAnIncompleteCommandLine) {
   const support::TemporaryFolder folder;
   EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run"}), 69);
