@@ -96,5 +96,37 @@ TEST(PreviousRig, HasNoWorldIfTheOrientationsDisagree) {
   EXPECT_FALSE(pose_in_previous_world(rig, previous));
 }
 
+// Tilts a camera about its own x axis.
+Rig with_tilted_camera(Rig rig, std::size_t index, double angle_deg) {
+  CameraModel& camera = rig[index];
+  const Eigen::Vector3d centre = camera.centre().v;
+  camera.camera_from_world.rotation =
+      Eigen::AngleAxisd(angle_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitX()).toRotationMatrix() *
+      camera.camera_from_world.rotation;
+  camera.camera_from_world.translation = -(camera.camera_from_world.rotation * centre);
+  return rig;
+}
+
+TEST(PreviousRig, ACameraThatWasAimedAnewKeepsTheFloorOfCamerasOnALine) {
+  const Rig previous = on_a_wall();
+
+  const auto floor = pose_in_previous_world(with_tilted_camera(previous, 2, 2.0), previous);
+
+  ASSERT_TRUE(floor) << "all three cameras stand where they were, and two are aimed as before";
+  EXPECT_LT(Eigen::AngleAxisd(floor->world_from_rig.rotation).angle(), 1e-9) << "the tilted camera takes no part";
+}
+
+TEST(PreviousRig, ThePositionsKeepTheFloorOfCamerasThatWereAllAimedAnew) {
+  const Rig previous = scene::ring_rig({.cameras = 4});
+  Rig rig = previous;
+  for (std::size_t c = 0; c < 4; ++c) rig = with_tilted_camera(rig, c, 3.0 + 8.0 * static_cast<double>(c));
+
+  const auto floor = pose_in_previous_world(rig, previous);
+
+  ASSERT_TRUE(floor);
+  EXPECT_LT(Eigen::AngleAxisd(floor->world_from_rig.rotation).angle(), 1e-9);
+  EXPECT_LT(floor->rms_m, 1e-9);
+}
+
 }  // namespace previous_rig_test
 }  // namespace mocap::calibration
