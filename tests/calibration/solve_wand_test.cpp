@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "calibration/wand/wand_detections.h"
+#include "calibration/wand/wand_poses.h"
 #include "geometry/rigid_fit.h"
 #include "lib/simworld/wand_world.h"
 
@@ -253,6 +255,33 @@ TEST(SolveWand, SaysWhetherTheSynchronisationWasChecked) {
     EXPECT_FALSE(camera.synchronisation_checked) << "no second camera triangulates the wand";
     EXPECT_TRUE(camera.uncertainty) << "the wand determines the pose of two cameras";
   }
+}
+
+TEST(SolveWand, DoesNotAccuseACameraOfWhichNoSampleIsDrawn) {
+  WandWorldSettings settings = small_world();
+  settings.rate_hz = 60.0;
+  WandWorld world(settings, kWand, 19);
+  Take take = world.take();
+  WandSettings quick;
+  quick.max_samples = 400;
+  Take others = take;
+  others.cameras.pop_back();
+  const Rig rig_of_others(world.truth().begin(), world.truth().end() - 1);
+  const auto detections = detect_wands(others, rig_of_others, kWand, quick);
+  ASSERT_TRUE(detections) << detections.error().message;
+  const std::size_t all = detections->instants.size();
+  std::vector<bool> is_seen(all, false);
+  for (const std::size_t i : sample_instants(*detections, {.max_samples = all})) is_seen[i] = true;
+  for (const std::size_t i : sample_instants(*detections, {.max_samples = 400})) is_seen[i] = false;
+  ASSERT_EQ(take.cameras.back().size(), all) << "one image for each instant";
+  for (std::size_t i = 0; i < all; ++i) {
+    if (!is_seen[i]) take.cameras.back()[i].spots.clear();
+  }
+
+  const auto solution = solve_wand(take, world.truth(), kWand, quick);
+
+  ASSERT_TRUE(solution) << solution.error().message;
+  EXPECT_EQ(solution->cameras.back().points, 0u);
 }
 
 TEST(SolveWand, RefusesALensFileOfAnotherImageSize) {

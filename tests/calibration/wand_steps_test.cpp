@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "calibration/wand/cross_validation.h"
@@ -109,6 +111,31 @@ TEST_F(WandSteps, SynchronousCamerasHaveNoTimeOffset) {
   for (const TimeOffset& offset : offsets) {
     EXPECT_LT(std::abs(offset.late_s), 5.0 * offset.sigma_s + 1e-4);
     EXPECT_LT(offset.sigma_s, 1e-3);
+  }
+}
+
+TEST(TimeOffset, ALateCameraIsNotHiddenByOneWithASmallOffsetThatIsKnownBetter) {
+  const TimeOffset small{0.1e-3, 0.001e-3};  // 100 standard deviations, but not too large
+  const TimeOffset late{5e-3, 0.2e-3};
+
+  EXPECT_EQ(unsynchronised_camera(std::vector{small, late}), std::optional<std::size_t>(1));
+  EXPECT_FALSE(unsynchronised_camera(std::vector{small, small}));
+}
+
+TEST(TimeOffset, TheLargestMultipleOfItsLimitIsNamed) {
+  const TimeOffset certain{8e-3, 0.1e-3};   // 5.3 times its limit of 1.5 ms
+  const TimeOffset uncertain{20e-3, 3e-3};  // 1.1 times its limit of 18 ms
+  const TimeOffset unknown{0.0, std::numeric_limits<double>::infinity()};
+
+  EXPECT_EQ(unsynchronised_camera(std::vector{unknown, uncertain, certain}), std::optional<std::size_t>(2));
+  EXPECT_EQ(unsynchronised_camera(std::vector{unknown, uncertain}), std::optional<std::size_t>(1));
+  EXPECT_FALSE(unsynchronised_camera(std::vector{unknown}));
+}
+
+TEST(TimeOffset, IsDeterminedOnlyIfEveryOffsetThatIsTooLargeWouldBeRefused) {
+  for (const double sigma_s : {0.01e-3, 0.2e-3, 0.3e-3, 1e-3, 2e-3}) {
+    const TimeOffset too_large{1.6e-3, sigma_s};
+    EXPECT_EQ(is_determined(too_large), unsynchronised_camera(std::vector{too_large}).has_value()) << sigma_s;
   }
 }
 

@@ -21,15 +21,12 @@ namespace {
 constexpr double kEpipolarGate_px = 1.5;
 constexpr double kEpipolarGateOfUnknownLens_px = 8.0;
 
-// A larger time offset displaces moving markers by more than their centroid noise: at 1 m/s and 4 m, a focal length of
-// 1100 px gives 0.4 px in 1.5 ms.
-constexpr double kMaxTimeOffset_s = 1.5e-3;
-// A time offset is reported only if it is at least this many standard deviations. Chosen by hand; not yet measured.
-constexpr double kTimeOffsetSigmas = 6.0;
-
 // Smallest fraction of the wand markers detected by a camera that must be where the other cameras predict them. Chosen
 // by hand; decisions/0004.
 constexpr double kMinCameraInlierFraction = 0.3;
+// A camera is not judged from fewer detected markers: the samples that are left of a long recording may lack a camera
+// that sees little. Ten images of a wand; chosen by hand.
+constexpr std::size_t kMinJudgedMarkers = 30;
 
 // Wands are manufactured to half a millimetre; a larger difference is a wrong --wand.
 constexpr double kMaxMarkerOffset_m = 2e-3;
@@ -61,20 +58,15 @@ WandPoseSettings pose_settings_of(const Stage& stage) {
   return {.gate_px = stage.gate_px, .max_samples = stage.max_samples};
 }
 
-// Whether an offset that is too large would be seen.
-bool is_determined(const TimeOffset& offset) { return offset.sigma_s <= kMaxTimeOffset_s; }
-
 std::optional<WandError> check_time_offsets(const std::vector<TimeOffset>& offsets, const Rig& rig) {
-  const auto worst = std::ranges::max_element(
-      offsets, {}, [](const TimeOffset& offset) { return std::abs(offset.late_s) / std::max(1e-6, offset.sigma_s); });
-  if (std::abs(worst->late_s) < std::max(kMaxTimeOffset_s, kTimeOffsetSigmas * worst->sigma_s)) return std::nullopt;
-  const auto camera = static_cast<std::size_t>(worst - offsets.begin());
+  const auto camera = unsynchronised_camera(offsets);
+  if (!camera) return std::nullopt;
+  const double late_s = offsets[*camera].late_s;
   return WandError{
       WandFault::NotSynchronous,
       fmt::format("camera '{}': its images are about {:.1f} ms {} those of the other cameras; synchronise the cameras "
                   "(a common trigger, or PTP) and record again",
-                  rig[camera].name, 1e3 * std::abs(worst->late_s),
-                  worst->late_s > 0.0 ? "later than" : "earlier than")};
+                  rig[*camera].name, 1e3 * std::abs(late_s), late_s > 0.0 ? "later than" : "earlier than")};
 }
 
 // Refuses a camera whose initial pose was estimated from chance inliers: the other cameras do not confirm its views.
@@ -89,13 +81,10 @@ std::optional<WandError> check_inlier_fractions(const WandDetections& detections
     for (std::size_t c = 0; c < bundle.rig.size(); ++c)
       detected[c] += detections.views[c][instant] ? bundle.wand.marks_m.size() : 0;
   }
-  // The few samples of a first stage may lack a camera that sees little; the last stage has all samples.
-  const bool has_all = stage.max_samples >= static_cast<std::size_t>(settings.max_samples);
   std::vector<double> fractions;
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    const bool unjudged = detected[c] == 0 && !has_all;
-    fractions.push_back(
-        unjudged ? 1.0 : static_cast<double>(inliers[c]) / static_cast<double>(std::max<std::size_t>(1, detected[c])));
+    const bool is_judged = detected[c] >= kMinJudgedMarkers;
+    fractions.push_back(is_judged ? static_cast<double>(inliers[c]) / static_cast<double>(detected[c]) : 1.0);
   }
   const auto c = static_cast<std::size_t>(std::ranges::min_element(fractions) - fractions.begin());
   if (fractions[c] >= kMinCameraInlierFraction) return std::nullopt;

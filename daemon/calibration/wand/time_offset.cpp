@@ -28,6 +28,16 @@ constexpr double kMaxSpan_s = 0.12;
 // A slower marker carries no information about time: 1.5 ms times 60 px/s is about the centroid noise of 0.1 px.
 constexpr double kMinSpeed_px_s = 60.0;
 constexpr int kIterations = 8;
+// A larger time offset displaces moving markers by more than their centroid noise: at 1 m/s and 4 m, a focal length of
+// 1100 px gives 0.4 px in 1.5 ms.
+constexpr double kMaxTimeOffset_s = 1.5e-3;
+// A time offset is reported only if it is at least this many standard deviations. Chosen by hand; not yet measured.
+constexpr double kTimeOffsetSigmas = 6.0;
+
+// 1 or more: the offset is an error.
+double relative_offset(const TimeOffset& offset) {
+  return std::abs(offset.late_s) / std::max(kMaxTimeOffset_s, kTimeOffsetSigmas * offset.sigma_s);
+}
 
 // One observation, linearised: unknowns are the time offset (s) and a small change of the camera's pose (rad, m).
 struct Equation {
@@ -126,6 +136,14 @@ std::vector<TimeOffset> estimate_time_offsets(const WandDetections& detections, 
     offsets.push_back(solve_equations(equations));
   }
   return offsets;
+}
+
+bool is_determined(const TimeOffset& offset) { return kTimeOffsetSigmas * offset.sigma_s <= kMaxTimeOffset_s; }
+
+std::optional<std::size_t> unsynchronised_camera(std::span<const TimeOffset> offsets) {
+  const auto worst = std::ranges::max_element(offsets, {}, relative_offset);
+  if (worst == offsets.end() || relative_offset(*worst) < 1.0) return std::nullopt;
+  return static_cast<std::size_t>(worst - offsets.begin());
 }
 
 }  // namespace mocap::calibration

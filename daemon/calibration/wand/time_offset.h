@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "calibration/bundle.h"
@@ -19,5 +21,12 @@ struct TimeOffset {
 /// the camera is an unknown of the same least-squares problem, because a pose that was estimated from late images hides
 /// a part of the offset. Requires wand poses in `bundle` that are accurate to `gate_px`.
 std::vector<TimeOffset> estimate_time_offsets(const WandDetections& detections, const Bundle& bundle, double gate_px);
+
+/// Whether an offset that is too large would be seen: 1.5 ms are at least six standard deviations.
+bool is_determined(const TimeOffset& offset);
+
+/// The camera whose offset exceeds its limit most, as a ratio; nothing if no offset exceeds 1.5 ms and six of its
+/// standard deviations.
+std::optional<std::size_t> unsynchronised_camera(std::span<const TimeOffset> offsets);
 
 }  // namespace mocap::calibration
