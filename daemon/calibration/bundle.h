@@ -52,7 +52,12 @@ struct Bundle {
   Wand wand;
   std::vector<WandPose> wand_poses;
   std::vector<Observation> observations;
+  std::vector<bool> known_lenses = {};  ///< by camera: its intrinsics stay constant, whatever is free; empty: none do
 
+  /// The intrinsics of a camera that an adjustment estimates if `wanted` are free.
+  FreeIntrinsics free_intrinsics(std::size_t camera, FreeIntrinsics wanted) const {
+    return camera < known_lenses.size() && known_lenses[camera] ? FreeIntrinsics::None : wanted;
+  }
   WorldPoint marker_position(const WandPose& pose, int marker) const {
     return {pose.middle_m + (wand.marks_m[static_cast<std::size_t>(marker)] - wand.middle_m()) * pose.direction};
   }

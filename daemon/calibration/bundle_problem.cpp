@@ -120,7 +120,8 @@ BundleProblem::~BundleProblem() = default;
 void BundleProblem::set_free_intrinsics(const Bundle& bundle, FreeIntrinsics free_intrinsics) {
   for (std::size_t c = 0; c < intrinsics_.size(); ++c) {
     if (!has_camera_[c]) continue;
-    const std::vector<int> free = free_intrinsic_indices(free_intrinsics, bundle.rig[c].lens.kind);
+    const std::vector<int> free =
+        free_intrinsic_indices(bundle.free_intrinsics(c, free_intrinsics), bundle.rig[c].lens.kind);
     if (free.empty()) {
       problem_->SetParameterBlockConstant(intrinsics(c));
       continue;

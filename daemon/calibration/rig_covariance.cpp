@@ -27,13 +27,14 @@ constexpr double kMinEigenvalue = 1e-14;
 // rotation about the line through the centres of two cameras.
 constexpr double kGaugeWeightOfRotations = 1e-6;
 
-// Jacobian of all residuals: the camera parameters fill the first `camera_columns` columns, then 5 columns a wand pose.
-ceres::CRSMatrix jacobian_of(BundleProblem& problem, const Bundle& bundle, int camera_columns) {
+// Jacobian of all residuals: first the columns of the camera poses, then those of the free intrinsics, then 5 columns a
+// wand pose.
+ceres::CRSMatrix jacobian_of(BundleProblem& problem, const Bundle& bundle) {
   ceres::Problem::EvaluateOptions options;
   options.apply_loss_function = false;
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) options.parameter_blocks.push_back(problem.pose(c));
   for (std::size_t c = 0; c < bundle.rig.size(); ++c) {
-    if (camera_columns > kPoseSize * static_cast<int>(bundle.rig.size()))
+    if (!problem.get().IsParameterBlockConstant(problem.intrinsics(c)))
       options.parameter_blocks.push_back(problem.intrinsics(c));
   }
   for (std::size_t p = 0; p < bundle.wand_poses.size(); ++p) {
@@ -46,7 +47,7 @@ ceres::CRSMatrix jacobian_of(BundleProblem& problem, const Bundle& bundle, int c
 
 // Normal matrix of the camera parameters with the wand poses eliminated (Schur complement).
 MatrixXd reduced_normal_matrix(BundleProblem& problem, const Bundle& bundle, int camera_columns) {
-  const ceres::CRSMatrix jacobian = jacobian_of(problem, bundle, camera_columns);
+  const ceres::CRSMatrix jacobian = jacobian_of(problem, bundle);
   const auto n = static_cast<Eigen::Index>(camera_columns);
   MatrixXd cameras = MatrixXd::Zero(n, n);
   const auto wand_poses = static_cast<std::size_t>((jacobian.num_cols - camera_columns) / kWandPoseDof);
@@ -139,7 +140,8 @@ RigCovariance rig_covariance(const Bundle& bundle, FreeIntrinsics free_intrinsic
   int n = kPoseSize * static_cast<int>(cameras);
   for (std::size_t c = 0; c < cameras; ++c) {
     if (!problem.has_camera(c)) return {};
-    n += static_cast<int>(free_intrinsic_indices(free_intrinsics, bundle.rig[c].lens.kind).size());
+    const FreeIntrinsics free = bundle.free_intrinsics(c, free_intrinsics);
+    n += static_cast<int>(free_intrinsic_indices(free, bundle.rig[c].lens.kind).size());
   }
   const MatrixXd normal = reduced_normal_matrix(problem, bundle, n);
   std::vector<Matrix6> jacobians;

@@ -23,6 +23,8 @@ struct Lens {
   double cy_px = 0.0;
   /// Pinhole: k1 k2 p1 p2 k3. Fisheye: k1 k2 k3 k4 and 0.
   Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
+  /// Estimated with a wand, beginning with a field of view: the lens was never calibrated by itself.
+  bool is_from_fov = false;
 };
 
 /// One calibrated camera.

@@ -87,6 +87,11 @@ TEST(WandCalibrator, BeginsWithoutAnyRigIfTheFieldOfViewIsKnown) {
   ASSERT_EQ(solved.state, CalibrationState::Solved) << solved.message;
   EXPECT_TRUE(solved.result->floor_is_guessed);
   EXPECT_EQ(solved.result->calibrated.rig[0].width_px, world.truth()[0].width_px);
+
+  WandCalibrator again({solved.result->calibrated.rig}, 1);
+  EXPECT_TRUE(again.start(wand_order())) << "the estimated lenses are used";
+  EXPECT_TRUE(again.start(order)) << "the estimated lenses are estimated again";
+  EXPECT_THAT(again.report().advice, HasSubstr("has not delivered an image"));
 }
 
 TEST(WandCalibrator, AGuessedFloorStaysGuessed) {
@@ -104,19 +109,49 @@ TEST(WandCalibrator, AGuessedFloorStaysGuessed) {
   EXPECT_THAT(solved.result->issues, testing::Contains(HasSubstr("the floor is not measured")));
 }
 
-TEST(WandCalibrator, ReplacesCalibratedLensesOnlyIfTheyAreToBeEstimatedAgain) {
+TEST(WandCalibrator, EstimatesTheLensOfANewCameraAndKeepsTheOthers) {
   simworld::WandWorld world = waved(6);
+  Rig known = world.truth();
+  known[3].lens.fx_px = 0.0;
+  known[3].camera_from_world = {};
+  WandCalibrator calibrator({known}, 1);
+  CalibrationOrder order = wand_order();
+  order.fov_deg = 60.0;
+  ASSERT_TRUE(calibrator.start(order));
+
+  add_images(world.take(), world.truth(), calibrator);
+  calibrator.solve([](const char*, double) { return true; });
+
+  const CalibrationReport solved = calibrator.report();
+  ASSERT_EQ(solved.state, CalibrationState::Solved) << solved.message;
+  const Rig& rig = solved.result->calibrated.rig;
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(rig[c].lens.fx_px, known[c].lens.fx_px);
+    EXPECT_EQ(rig[c].lens.distortion, known[c].lens.distortion);
+    EXPECT_FALSE(rig[c].lens.is_from_fov);
+  }
+  EXPECT_TRUE(rig[3].lens.is_from_fov);
+  EXPECT_NEAR(rig[3].lens.fx_px / world.truth()[3].lens.fx_px, 1.0, 3e-3);
+  EXPECT_TRUE(solved.cameras[3].position_sigma_m) << "the covariance has only the lens that was estimated";
+  EXPECT_THAT(solved.result->issues, testing::Contains(HasSubstr("calibrated lenses are kept")));
+  EXPECT_FALSE(solved.result->floor_is_guessed) << "three cameras stand as before";
+}
+
+TEST(WandCalibrator, ReplacesCalibratedLensesIfTheyAreToBeEstimatedAgain) {
+  simworld::WandWorld world = waved(7);
   WandCalibrator calibrator({world.truth()}, 1);
   CalibrationOrder order = wand_order();
-  order.fov_deg = 65.0;
-
-  const Status refused = calibrator.start(order);
+  order.fov_deg = 60.0;
   order.refine_lens = true;
+  ASSERT_TRUE(calibrator.start(order));
 
-  ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, HasSubstr("the lenses of '" + world.truth()[0].name + "', '"));
-  EXPECT_THAT(refused.error().message, HasSubstr("are calibrated and would be replaced"));
-  EXPECT_TRUE(calibrator.start(order));
+  add_images(world.take(), world.truth(), calibrator);
+  calibrator.solve([](const char*, double) { return true; });
+
+  const CalibrationReport solved = calibrator.report();
+  ASSERT_EQ(solved.state, CalibrationState::Solved) << solved.message;
+  for (const CameraModel& camera : solved.result->calibrated.rig) EXPECT_TRUE(camera.lens.is_from_fov) << camera.name;
+  EXPECT_THAT(solved.result->issues, testing::Not(testing::Contains(HasSubstr("calibrated lenses are kept"))));
 }
 
 TEST(WandCalibrator, ReportsWhyThereIsNoRig) {
@@ -168,6 +203,7 @@ TEST(ApproximateLens, HasItsFieldOfView) {
 
   EXPECT_NEAR(lens.fx_px, 640.0, 1e-9);
   EXPECT_EQ(lens.cy_px, 511.5);
+  EXPECT_TRUE(lens.is_from_fov);
 }
 
 }  // namespace wand_calibrator_test

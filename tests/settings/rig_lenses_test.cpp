@@ -48,6 +48,23 @@ std::string read(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+TEST(RigLenses, ACalibratedLensIsNotFromAFieldOfView) {
+  const support::TemporaryFolder folder;
+  CameraModel guessed = camera("door", LensKind::Pinhole);
+  guessed.lens.is_from_fov = true;
+  const auto path = folder.path() / "rig.toml";
+  ASSERT_TRUE(save_rig(path, {guessed}, {}));
+  const auto before = load_rig(path);
+
+  const Status saved = save_lenses(path, {camera("door", LensKind::Pinhole)});
+
+  ASSERT_TRUE(saved) << saved.error().message;
+  const auto after = load_rig(path);
+  ASSERT_TRUE(before && after);
+  EXPECT_TRUE((*before)[0].lens.is_from_fov);
+  EXPECT_FALSE((*after)[0].lens.is_from_fov);
+}
+
 TEST(RigLenses, ChangesTheLensAndNothingElse) {
   const support::TemporaryFolder folder;
   const auto path = folder.write("rig.toml", kRig);

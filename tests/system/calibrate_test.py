@@ -81,7 +81,8 @@ class Calibrate(unittest.TestCase):
     def test_no_lens_file_is_needed(self):
         config = self.config("nolens.toml", self.replay())
 
-        solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--fov", "60", "--out", "nolens.rig.toml")
+        solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--fov", "60", "--refine-lens",
+                               "--out", "nolens.rig.toml")
 
         self.assertEqual(solved.returncode, 0, solved.stderr)
         self.expect_true_distances("nolens.rig.toml", 0.06)

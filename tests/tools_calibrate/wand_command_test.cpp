@@ -120,20 +120,48 @@ TEST_F(WandCommand, KeepsAProvisionalFloorProvisional) {
   EXPECT_TRUE(settings::floor_is_guessed(path("rig.toml")));
 }
 
+TEST_F(WandCommand, MayBeRepeatedWithTheSameFieldOfView) {
+  WandWorld world(small_world(), kWand, 22);
+  calibrate::testing::write_recording(path("take.blobs"), world.take(), world.truth());
+  const std::vector<std::string> arguments{"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")};
+
+  const Outcome first = run(arguments);
+  const auto before = settings::load_rig(path("rig.toml"));
+  const Outcome second = run(arguments);
+  const auto after = settings::load_rig(path("rig.toml"));
+
+  ASSERT_EQ(first.exit, kExitOk) << first.output;
+  ASSERT_EQ(second.exit, kExitOk) << second.output;
+  ASSERT_TRUE(before && after);
+  for (std::size_t c = 0; c < after->size(); ++c) {
+    EXPECT_TRUE((*after)[c].lens.is_from_fov);
+    EXPECT_NEAR((*after)[c].lens.fx_px / (*before)[c].lens.fx_px, 1.0, 1e-4) << "the same guess, not the lens before";
+    EXPECT_LT(((*after)[c].centre().v - (*before)[c].centre().v).norm(), 1e-3) << "m, in the world of the rig before";
+  }
+}
+
 TEST_F(WandCommand, ReplacesCalibratedLensesOnlyOnRequest) {
   WandWorld world(small_world(), kWand, 22);
   calibrate::testing::write_recording(path("take.blobs"), world.take(), world.truth());
-  ASSERT_TRUE(settings::save_rig(path("rig.toml"), world.truth(), {}));
+  const Rig before(world.truth().begin(), world.truth().end() - 1);
+  ASSERT_TRUE(settings::save_rig(path("rig.toml"), before, {}));
   std::vector<std::string> arguments{"--blobs", path("take.blobs"), "--fov", "60", "--out", path("rig.toml")};
 
-  const Outcome refused = run(arguments);
+  const Outcome mixed = run(arguments);
+  const auto kept = settings::load_rig(path("rig.toml"));
   arguments.push_back("--refine-lens");
   const Outcome asked = run(arguments);
+  const auto replaced = settings::load_rig(path("rig.toml"));
 
-  EXPECT_EQ(refused.exit, kExitUsage);
-  EXPECT_THAT(refused.output, HasSubstr("the lenses of 'cam1', 'cam2'"));
-  EXPECT_THAT(refused.output, HasSubstr("are calibrated and would be replaced"));
-  EXPECT_EQ(asked.exit, kExitOk) << asked.output;
+  ASSERT_EQ(mixed.exit, kExitOk) << mixed.output;
+  EXPECT_THAT(mixed.output, HasSubstr("calibrated lenses are kept"));
+  EXPECT_THAT(mixed.output, HasSubstr("'cam3', 'cam4'\n"));
+  ASSERT_TRUE(kept && kept->size() == 5);
+  for (std::size_t c = 0; c < 4; ++c) EXPECT_NEAR((*kept)[c].lens.fx_px, before[c].lens.fx_px, 1e-9);
+  EXPECT_TRUE((*kept)[4].lens.is_from_fov);
+  ASSERT_EQ(asked.exit, kExitOk) << asked.output;
+  ASSERT_TRUE(replaced);
+  for (const CameraModel& camera : *replaced) EXPECT_TRUE(camera.lens.is_from_fov) << camera.name;
 }
 
 TEST_F(WandCommand, WritesNothingInADryRun) {

@@ -420,6 +420,18 @@ test("A wand calibration goes from the first image to a rig in force, and back t
   assert.deepEqual(standIn.requests.slice(1).map(({ params }) => params.action), ["ACTION_SOLVE", "ACTION_APPLY", "ACTION_WAND", "ACTION_SOLVE", "ACTION_APPLY", "ACTION_RESTORE"]);
 });
 
+test("A wand calibration replaces calibrated lenses on request", async () => {
+  const { page } = await visit("#/calibrate");
+  const wand = page.getByRole("region", { name: "Wand", exact: true });
+  await wand.getByLabel("Lenses").selectOption("all estimated anew");
+  await wand.getByLabel(/field of view/).fill("70");
+
+  await wand.getByRole("button", { name: "Start waving" }).click();
+  await wand.getByText(/wave in the common view of cam1/).waitFor();
+
+  assert.deepEqual(standIn.requests[0].params, { action: "ACTION_WAND", wandM: [0, 0.16, 0.5], fovDeg: 70, refineLens: true });
+});
+
 test("The floor is measured with a floor frame", async () => {
   const { page } = await visit("#/calibrate");
   const floor = page.getByRole("region", { name: "Floor", exact: true });

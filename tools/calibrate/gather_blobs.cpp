@@ -280,11 +280,12 @@ Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::f
                       camera.name, seen.width_px, seen.height_px, camera.width_px, camera.height_px)};
     }
     if (camera.width_px == 0) camera.width_px = seen.width_px, camera.height_px = seen.height_px;
-    if (unknown && camera.width_px > 0) camera.lens = calibration::lens_of(*unknown, camera.width_px, camera.height_px);
+    if (unknown && camera.width_px > 0 && calibration::takes_field_of_view(camera))
+      camera.lens = calibration::lens_of(*unknown, camera.width_px, camera.height_px);
     if (camera.lens.fx_px <= 1.0 || camera.width_px == 0) {
       return Failure{kExitConfig,
                      fmt::format("camera '{}': its lens is unknown{}; set a rig or lens file with --rig, or the "
-                                 "horizontal field of view of all cameras with --fov DEGREES",
+                                 "horizontal field of view of such cameras with --fov DEGREES",
                                  camera.name, lenses.empty() ? "" : fmt::format(" in '{}'", lenses.string()))};
     }
   }

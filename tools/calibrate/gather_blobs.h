@@ -41,7 +41,8 @@ using RecordingObserver =
 Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, const RecordingObserver& observe = {});
 
 /// The cameras of a recording with their lenses: those of `lenses` (a rig file; empty: the configuration's), or those
-/// of `unknown`. Fails for a camera without a lens, or with another image size than its lens.
+/// of `unknown` for which takes_field_of_view. Fails for a camera without a lens, or with another image size than its
+/// lens.
 Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::filesystem::path& lenses,
                                      const std::optional<calibration::ApproximateLens>& unknown);
 

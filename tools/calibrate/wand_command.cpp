@@ -6,13 +6,13 @@
 
 #include "calibrate/report_rig.h"
 #include "calibrate/rig_output.h"
+#include "calibration/rig/approximate_lens.h"
 #include "calibration/rig/assess_rig.h"
 #include "calibration/wand/parse_wand.h"
 #include "calibration/wand/solve_wand.h"
 #include "calibration/wand/wand_progress.h"
 #include "calibration/wand/wand_rig.h"
 #include "lib/rigcheck/recorded_spots.h"
-#include "model/calibration/calibrated_camera.h"
 #include "settings/rig/rig_file.h"
 
 namespace mocap::calibrate {
@@ -99,10 +99,12 @@ class WandCoach {
   double print_at_s_ = kPrintEvery_s;
 };
 
+// The rig before, with the lenses that are kept; empty: none.
 std::filesystem::path lens_file(const WandOptions& options, const GatheredBlobs& gathered) {
   if (!options.rig.empty()) return options.rig;
   std::error_code ignored;
-  return std::filesystem::exists(gathered.rig_file, ignored) ? gathered.rig_file : std::filesystem::path{};
+  if (std::filesystem::exists(gathered.rig_file, ignored)) return gathered.rig_file;
+  return std::filesystem::exists(options.out, ignored) ? options.out : std::filesystem::path{};
 }
 
 std::optional<calibration::ApproximateLens> approximate_lens(const WandOptions& options) {
@@ -114,28 +116,18 @@ std::filesystem::path rig_to_write(const WandOptions& options, const GatheredBlo
   return !options.out.empty() ? options.out : gathered.rig_file;
 }
 
-// The reason to refuse --fov: the rig file that would be written has calibrated lenses.
-std::optional<Failure> replaced_lenses(const WandOptions& options, const GatheredBlobs& gathered) {
-  const std::filesystem::path file = rig_to_write(options, gathered);
-  if (!options.fov_deg || options.refine_lens || options.dry_run) return std::nullopt;
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return std::nullopt;
-  const auto rig = settings::load_rig(file);
-  std::string names;
-  for (const CameraModel& camera : rig ? *rig : Rig{}) {
-    if (is_calibrated(camera)) names += (names.empty() ? "'" : ", '") + camera.name + "'";
-  }
-  if (names.empty()) return std::nullopt;
-  return Failure{kExitUsage,
-                 fmt::format("{}: the lenses of {} are calibrated and would be replaced; leave out --fov to keep them, "
-                             "write another file with --out, or add --refine-lens to replace them",
-                             file.string(), names)};
-}
-
 // The rig with the lenses with which the calibration starts.
 Result<Rig, Failure> rig_to_start_with(const WandOptions& options, const GatheredBlobs& gathered) {
-  if (auto refused = replaced_lenses(options, gathered)) return *std::move(refused);
-  return rig_with_lenses(gathered, lens_file(options, gathered), approximate_lens(options));
+  const auto approximate = approximate_lens(options);
+  auto rig = rig_with_lenses(gathered, lens_file(options, gathered), approximate);
+  if (!rig || !approximate || !options.refine_lens) return rig;
+  for (CameraModel& camera : *rig) camera.lens = calibration::lens_of(*approximate, camera.width_px, camera.height_px);
+  return rig;
+}
+
+// Whether --fov is used for no camera of the rig_to_start_with.
+bool is_lens_known(const WandOptions& options, const Rig& rig) {
+  return !options.fov_deg || std::ranges::none_of(rig, calibration::takes_field_of_view);
 }
 
 Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wand) {
@@ -151,7 +143,7 @@ Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wa
             failed = rig.error();
             return false;
           }
-          coach.emplace(options, wand, !options.fov_deg, std::move(*rig));
+          coach.emplace(options, wand, is_lens_known(options, *rig), std::move(*rig));
         }
         return coach->observe(since, seconds);
       });
@@ -189,9 +181,10 @@ int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, c
     print_message("{}", before.error().message);
     return before.error().exit;
   }
+  if (const auto kept = calibration::lenses_that_are_kept(*before); kept && options.fov_deg) print_message("{}", *kept);
   const std::filesystem::path out = rig_to_write(options, gathered);
   calibration::WandSettings settings;
-  settings.lens_known = !options.fov_deg;
+  settings.lens_known = is_lens_known(options, *before);
   settings.refine_lens = options.refine_lens;
   settings.threads = options.threads;
   const int ends = stop_requests();
@@ -237,17 +230,17 @@ void add_wand_command(cli::App& app, WandOptions& options) {
           "250, 400 or 500 (middle marker at 80, 130, 160 mm), or the positions of two or three markers in mm from "
           "one end: 0,160,500. Measure your wand")
       ->capture_default_str();
-  auto* rig = wand->add_option("--rig", options.rig,
-                               "rig file with calibrated lenses, and with the floor to keep; default: the "
-                               "configuration's")
-                  ->type_name("FILE");
+  wand->add_option(
+          "--rig", options.rig,
+          "rig file with calibrated lenses, and with the floor to keep; default: the configuration's, or --out")
+      ->type_name("FILE");
   wand->add_option("--fov", options.fov_deg,
-                   "horizontal field of view of all cameras in degrees, approximate; for unknown lenses")
-      ->check(cli::Range(5.0, 150.0))
-      ->excludes(rig);
-  wand->add_flag("--fisheye", options.fisheye, "with --fov: fisheye lenses (equidistant)");
+                   "horizontal field of view in degrees, approximate, of cameras without a calibrated lens: not in the "
+                   "rig, or with a lens that came from --fov; calibrated lenses are kept")
+      ->check(cli::Range(5.0, 150.0));
+  wand->add_flag("--fisheye", options.fisheye, "with --fov: such lenses are fisheye lenses (equidistant)");
   wand->add_flag("--refine-lens", options.refine_lens,
-                 "estimate the lenses, too, although they are calibrated; with --fov, replace them");
+                 "estimate the lenses, too, although they are calibrated; with --fov, replace all of them");
   wand->add_flag("--moved", options.moved, "accept cameras that are not as in the previous rig, or another scale");
   wand->add_option("--seconds", options.take.seconds,
                    "largest duration of live cameras; default 180; ends earlier when the recording is complete")

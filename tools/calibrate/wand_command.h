@@ -14,8 +14,8 @@ namespace mocap::calibrate {
 struct WandOptions {
   RecordingOptions take;
   std::string wand = "500";
-  std::filesystem::path rig;      ///< lenses, and the world frame to keep; empty: the configuration's
-  std::optional<double> fov_deg;  ///< horizontal field of view, instead of lenses
+  std::filesystem::path rig;      ///< lenses, and the world frame to keep; empty: the configuration's, or `out`
+  std::optional<double> fov_deg;  ///< horizontal field of view of the cameras without a calibrated lens
   bool fisheye = false;           ///< with fov_deg: fisheye lenses
   bool refine_lens = false;
   bool moved = false;                          ///< the cameras, or the scale, are not as in the rig

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/calibration/calibrated_camera.h"
+
 namespace mocap::calibration {
 
 Lens lens_of(const ApproximateLens& approximate, int width_px, int height_px) {
@@ -13,7 +15,19 @@ Lens lens_of(const ApproximateLens& approximate, int width_px, int height_px) {
   lens.fy_px = lens.fx_px;
   lens.cx_px = 0.5 * (width_px - 1);
   lens.cy_px = 0.5 * (height_px - 1);
+  lens.is_from_fov = true;
   return lens;
+}
+
+bool takes_field_of_view(const CameraModel& camera) { return !is_calibrated(camera) || camera.lens.is_from_fov; }
+
+std::optional<std::string> lenses_that_are_kept(const Rig& rig) {
+  std::string names;
+  for (const CameraModel& camera : rig) {
+    if (!takes_field_of_view(camera)) names += (names.empty() ? "'" : ", '") + camera.name + "'";
+  }
+  if (names.empty()) return std::nullopt;
+  return "calibrated lenses are kept, and the field of view is not used for them: " + names;
 }
 
 }  // namespace mocap::calibration

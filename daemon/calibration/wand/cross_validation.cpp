@@ -25,7 +25,7 @@ struct Sum {
 };
 
 Bundle part_of(const Bundle& whole, bool held_out) {
-  Bundle part{whole.rig, whole.wand, whole.wand_poses, {}};
+  Bundle part{whole.rig, whole.wand, whole.wand_poses, {}, whole.known_lenses};
   std::ranges::copy_if(whole.observations, std::back_inserter(part.observations), [&](const Observation& observation) {
     return (observation.wand_pose % kHoldOutInterval == 0) == held_out;
   });

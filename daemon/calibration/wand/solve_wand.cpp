@@ -160,6 +160,8 @@ Result<WandSolution, WandError> solve_wand(const Take& recording, const Rig& sta
   Bundle bundle;
   bundle.wand = wand;
   bundle.rig = *std::move(rig);
+  for (const CameraModel& camera : start)
+    bundle.known_lenses.push_back(!settings.refine_lens && !camera.lens.is_from_fov);
   std::vector<bool> synchronisation_checked(start.size(), false);
   const std::vector<Stage> stages = stages_of(settings);
   for (std::size_t s = 0; s < stages.size(); ++s) {

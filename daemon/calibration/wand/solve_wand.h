@@ -15,8 +15,8 @@
 namespace mocap::calibration {
 
 struct WandSettings {
-  bool lens_known = true;        ///< the intrinsics of the rig are calibrated; else only approximate focal lengths
-  bool refine_lens = false;      ///< estimate the intrinsics although they are calibrated
+  bool lens_known = true;        ///< else the lenses of which Lens::is_from_fov are approximate focal lengths only
+  bool refine_lens = false;      ///< estimate all intrinsics although they are calibrated
   Duration max_skew = kMaxSkew;  ///< largest difference of exposure times within an instant
   int min_samples = 60;          ///< instants at which a camera and another camera see the wand
   int max_samples = 20000;       ///< more are thinned out evenly
@@ -86,9 +86,10 @@ struct WandSolution {
 /// Receives the current step and the fraction of it that is done. Returning false cancels the calibration.
 using Progress = std::function<bool(const char* step, double fraction)>;
 
-/// Calibrates the extrinsics (and, if asked, the intrinsics) of all cameras from a recording of a waved wand: detects
-/// the wand in each image, estimates relative poses of pairs of cameras, joins them, and runs bundle adjustment in
-/// stages with decreasing gates. `start` gives names, image sizes and intrinsics; its poses are ignored.
+/// Calibrates the extrinsics (and the intrinsics that are not known or to be refined) of all cameras from a recording
+/// of a waved wand: detects the wand in each image, estimates relative poses of pairs of cameras, joins them, and runs
+/// bundle adjustment in stages with decreasing gates. `start` gives names, image sizes and intrinsics; its poses are
+/// ignored.
 ///
 /// Deterministic with one thread; with more, the sums of Ceres differ in their rounding. Allocates. Sources: see
 /// estimate_two_view_geometry and adjust_bundle.

@@ -18,11 +18,11 @@ namespace {
 // Five minutes at 120 Hz. An image of a wand takes about 0.1 kB.
 constexpr std::size_t kMaxImages = 36000;
 
-// The cameras with a calibrated lens, or those without, in words.
-std::string names_of(const Rig& rig, bool calibrated) {
+// The cameras without a lens, in words.
+std::string names_without_lens(const Rig& rig) {
   std::string names;
   for (const CameraModel& camera : rig) {
-    if (is_calibrated(camera) == calibrated) names += (names.empty() ? "'" : ", '") + camera.name + "'";
+    if (!is_calibrated(camera)) names += (names.empty() ? "'" : ", '") + camera.name + "'";
   }
   return names;
 }
@@ -55,17 +55,12 @@ Status WandCalibrator::start(const CalibrationOrder& order) {
         ErrorCode::InvalidArgument,
         fmt::format("a wand calibrates cameras against each other: there are {}, expected at least two", rig.size())};
   }
-  if (const std::string missing = names_of(rig, false); !order.fov_deg && !missing.empty()) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("the lens of camera {} is not calibrated: set the horizontal field of view of the cameras "
-                             "(fov_deg), or calibrate the lenses with mocap-calibrate lens",
-                             missing)};
-  }
-  if (const std::string good = names_of(rig, true); order.fov_deg && !order.refine_lens && !good.empty()) {
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("the lenses of {} are calibrated and would be replaced; leave out the field of view "
-                             "(fov_deg) to keep them, or set refine_lens, too, to replace them",
-                             good)};
+  if (const std::string missing = names_without_lens(rig); !order.fov_deg && !missing.empty()) {
+    return Error{
+        ErrorCode::InvalidArgument,
+        fmt::format("the lens of camera {} is not calibrated: set the horizontal field of view of such cameras "
+                    "(fov_deg), or calibrate the lenses with mocap-calibrate lens",
+                    missing)};
   }
   order_ = order;
   wand_ = *std::move(wand);
@@ -75,8 +70,11 @@ Status WandCalibrator::start(const CalibrationOrder& order) {
   solved_cameras_.clear();
   result_.reset();
   message_.clear();
-  if (order.fov_deg) {
-    for (CameraModel& camera : start_) camera.lens.fx_px = 0.0;
+  is_lens_known_ = true;
+  for (CameraModel& camera : start_) {
+    if (!order.fov_deg || (!order.refine_lens && !takes_field_of_view(camera))) continue;
+    camera.lens.fx_px = 0.0;  // until the first image
+    is_lens_known_ = false;
   }
   state_ = CalibrationState::Collecting;
   return {};
@@ -89,10 +87,10 @@ bool WandCalibrator::prepare(std::size_t camera, const CalibrationImage& image) 
   if (order_.fov_deg && !is_calibrated(model)) {
     model.width_px = image.width_px;
     model.height_px = image.height_px;
-    model.lens = lens_of({.fov_deg = *order_.fov_deg}, image.width_px, image.height_px);
+    model.lens = lens_of({.fov_deg = *order_.fov_deg, .kind = model.lens.kind}, image.width_px, image.height_px);
   }
   if (!std::ranges::all_of(start_, is_calibrated)) return false;
-  progress_.emplace(start_, wand_, WandProgressSettings{.lens_known = !order_.fov_deg});
+  progress_.emplace(start_, wand_, WandProgressSettings{.lens_known = is_lens_known_});
   return true;
 }
 
@@ -118,7 +116,7 @@ void WandCalibrator::solve(const CalibrationProgress& progress) {
   if (!progress_) return fail(CalibrationState::Failed, "not every camera has delivered images; look at their state");
   state_ = CalibrationState::Solving;
   WandSettings settings;
-  settings.lens_known = !order_.fov_deg;
+  settings.lens_known = is_lens_known_;
   settings.refine_lens = order_.refine_lens;
   settings.threads = threads_;
   const auto solution = solve_wand(recording_, start_, wand_, settings, progress);
@@ -140,6 +138,8 @@ void WandCalibrator::solve(const CalibrationProgress& progress) {
     figures.rotation_sigma_rad = camera.rotation_sigma_rad;
   }
   result_ = result_of(*solution, std::move(placed), assessment);
+  if (const auto kept = lenses_that_are_kept(known_.rig); kept && order_.fov_deg && !order_.refine_lens)
+    result_->issues.push_back(*kept);
   state_ = CalibrationState::Solved;
 }
 

@@ -35,7 +35,8 @@ class WandCalibrator : public RigCalibrator {
   int threads_;
   CalibrationOrder order_;
   Wand wand_;
-  Rig start_;                             // known_, or with approximate lenses if the order has a field of view
+  Rig start_;                             // known_, with approximate lenses where the field of view is used
+  bool is_lens_known_ = true;             // it is used for no camera
   std::optional<WandProgress> progress_;  // nothing until every camera has delivered an image
   Take recording_;
   CalibrationState state_ = CalibrationState::Idle;

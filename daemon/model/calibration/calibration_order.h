@@ -37,8 +37,9 @@ struct CalibrationOrder {
   std::uint64_t number = 0;  ///< of the order, set by the control thread
   CalibrationAction action = CalibrationAction::Look;
   std::vector<double> wand_m;     ///< Wand: distance of each marker from the first: 0, then ascending
-  std::optional<double> fov_deg;  ///< Wand: horizontal field of view of all cameras, if their lenses are not calibrated
-  /// Wand: estimates the lenses, too, although they are calibrated; with `fov_deg` it replaces them.
+  std::optional<double> fov_deg;  ///< Wand: horizontal field of view of the cameras without a calibrated lens
+  /// Wand: estimates the lenses, too, although they are calibrated; with `fov_deg`, which is then that of all cameras,
+  /// it replaces them.
   bool refine_lens = false;
   bool moved = false;  ///< Wand: accepts another scale than that of the rig before
   std::string name;    ///< Restore

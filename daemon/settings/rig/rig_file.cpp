@@ -78,6 +78,7 @@ void read_lens(TomlTable& table, Lens& lens) {
   bool fisheye = false;
   table.flag("fisheye", fisheye);
   lens.kind = fisheye ? LensKind::Fisheye : LensKind::Pinhole;
+  table.flag(kLensFromFov, lens.is_from_fov);
   read_matrix(table, lens);
   if (!table.has("distortions")) return table.ignore("distortions");  // a lens without distortion
   const auto distortions = fisheye ? table.list("distortions", {4}) : table.list("distortions", {4, 5});
@@ -157,13 +158,14 @@ std::string text_of(const CameraModel& camera) {
   text += fmt::format("rotation = {}\n", list_text({r[0], r[1], r[2]}));
   text += fmt::format("translation = {}\n", list_text({t[0], t[1], t[2]}));
   text += fmt::format("fisheye = {}\n", text_of(fisheye));
+  if (lens.is_from_fov) text += fmt::format("{} = true\n", kLensFromFov);
   if (!camera.masks.empty()) text += fmt::format("{} = {}\n", kDrawnMask, mask_text(camera.masks));
   if (!camera.learnt_masks.empty()) text += fmt::format("{} = {}\n", kLearntMask, mask_text(camera.learnt_masks));
   return text + "\n";
 }
 
-constexpr const char* kCameraKeys[] = {"name",        "size",    "matrix",   "distortions", "rotation",
-                                       "translation", "fisheye", kDrawnMask, kLearntMask};
+constexpr const char* kCameraKeys[] = {"name",        "size",    "matrix",     "distortions", "rotation",
+                                       "translation", "fisheye", kLensFromFov, kDrawnMask,    kLearntMask};
 
 // Keys of other programs in a camera's table.
 void leave_out_unknown(TomlTable& table, const std::string& key, std::vector<std::string>& left_out) {

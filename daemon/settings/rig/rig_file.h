@@ -20,7 +20,8 @@ using RigMetadata = RigFacts;
 ///
 /// The layout is the one that Pose2Sim and aniposelib read and write: a table per camera with `name`, `size` = [width,
 /// height], `matrix` (3x3), `distortions` (OpenCV's k1 k2 p1 p2 [k3], or k1 k2 k3 k4 of a fisheye), `rotation`
-/// (Rodrigues vector, or a 3x3 matrix; camera from world), `translation` (m), `fisheye`. Fails with all faults, such as
+/// (Rodrigues vector, or a 3x3 matrix; camera from world), `translation` (m), `fisheye`, `lens_from_fov` (only if true:
+/// Lens::is_from_fov). Fails with all faults, such as
 /// a camera that occurs twice, a matrix that is no camera matrix or no rotation, a focal length that is not positive,
 /// or a number that is not finite.
 Result<Rig, Faults> load_rig(const std::filesystem::path& path);

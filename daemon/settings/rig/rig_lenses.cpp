@@ -49,6 +49,8 @@ void edit_lens(const toml::table& table, const Lens& lens, const std::string& te
     edits.push_back(
         {offset_in(lines, node->source().begin), offset_in(lines, node->source().end), value_text(lens, key)});
   }
+  if (const toml::node* node = table.get(kLensFromFov))
+    edits.push_back({offset_in(lines, node->source().begin), offset_in(lines, node->source().end), "false"});
   if (added.empty()) return;
   const std::size_t at = lines.next_line(offset_in(lines, last));
   const bool open_end = at == text.size() && !text.empty() && text.back() != '\n';
@@ -77,6 +79,7 @@ toml::table without_lenses(toml::table root, const std::vector<std::string>& add
     for (const char* each : kKeys) {
       if (table != nullptr) table->erase(each);
     }
+    if (table != nullptr) table->erase(kLensFromFov);
   }
   return root;
 }

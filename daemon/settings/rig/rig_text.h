@@ -14,6 +14,9 @@ namespace mocap::settings {
 inline constexpr const char* kDrawnMask = "mask";
 inline constexpr const char* kLearntMask = "mask_learnt";
 
+/// The key of Lens::is_from_fov.
+inline constexpr const char* kLensFromFov = "lens_from_fov";
+
 using mocap::list_text;
 using mocap::number_text;
 using mocap::quoted_text;

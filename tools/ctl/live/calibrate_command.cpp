@@ -168,10 +168,11 @@ void add_wand(cli::App& calibrate, LiveOptions& options) {
                    "from one end: 0,160,500. Measure your wand")
       ->capture_default_str();
   wand->add_option("--fov", options.request.calibration.fov_deg,
-                   "horizontal field of view of all cameras in degrees, approximate; for unknown lenses")
+                   "horizontal field of view in degrees, approximate, of cameras without a calibrated lens: not in the "
+                   "rig, or with a lens that came from --fov; calibrated lenses are kept")
       ->check(cli::Range(5.0, 150.0));
   wand->add_flag("--refine-lens", options.request.calibration.refine_lens,
-                 "estimate the lenses, too, although they are calibrated; with --fov, replace them");
+                 "estimate the lenses, too, although they are calibrated; with --fov, replace all of them");
   wand->add_flag("--moved", options.request.calibration.moved,
                  "accept cameras that are not as in the rig before, or another scale");
   wand->add_option("--seconds", options.seconds, "largest duration; ends earlier when complete")

@@ -128,6 +128,7 @@ Rig WandWorld::rough_lenses(double share) {
     camera.lens.cx_px = 0.5 * (camera.width_px - 1);
     camera.lens.cy_px = 0.5 * (camera.height_px - 1);
     camera.lens.distortion.setZero();
+    camera.lens.is_from_fov = true;
     camera.camera_from_world = {};
   }
   return rig;

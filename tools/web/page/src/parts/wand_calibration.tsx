@@ -22,7 +22,9 @@ function Start({ run }: { run: LiveCalibration["run"] }): JSX.Element {
   const [lenses, setLenses] = useState("known");
   const [fov_deg, setFov] = useState("65");
   const wand_m = wandMarks_m(marks);
-  const start = () => run({ action: "ACTION_WAND", wandM: wand_m, ...(lenses === "unknown" ? { fovDeg: Number(fov_deg) || 0 } : { refineLens: lenses === "refine" }) });
+  const isGuessed = lenses === "unknown" || lenses === "replaced";
+  const guess = isGuessed ? { fovDeg: Number(fov_deg) || 0 } : {};
+  const start = () => run({ action: "ACTION_WAND", wandM: wand_m, ...guess, ...(lenses === "unknown" ? {} : { refineLens: lenses !== "known" }) });
   return (
     <div class="stack">
       <div class="fields">
@@ -37,10 +39,10 @@ function Start({ run }: { run: LiveCalibration["run"] }): JSX.Element {
         <label class="field">
           <span>Lenses</span>
           <select value={lenses} onChange={(event) => setLenses(event.currentTarget.value)}>
-            <option value="known">as in the rig</option><option value="refine">as in the rig, estimated again</option><option value="unknown">not calibrated yet</option>
+            <option value="known">as in the rig</option><option value="refine">as in the rig, estimated again</option><option value="unknown">not calibrated yet; others are kept</option><option value="replaced">all estimated anew</option>
           </select>
         </label>
-        {lenses === "unknown" && <label class="field"><span>Horizontal field of view, about, °</span><input type="number" min="5" max="150" value={fov_deg} onInput={(event) => setFov(event.currentTarget.value)} /></label>}
+        {isGuessed && <label class="field"><span>Horizontal field of view, about, °</span><input type="number" min="5" max="150" value={fov_deg} onInput={(event) => setFov(event.currentTarget.value)} /></label>}
       </div>
       <OrderButton primary text="Start waving" disabled={!mayChange.value || !wand_m} run={start} />
     </div>
