@@ -68,6 +68,11 @@ class CalibrateByRequests(unittest.TestCase):
         description = json.loads(self.ctl("description").stdout)
         self.assertTrue(all(camera["fxPx"] > 1 for camera in description["cameras"]))
 
+        self.assertEqual(rig.read_text().count("lens_from_fov = true"), len(centres(RIG)))
+
+        again = self.ctl("calibrate", "wand", "--fov", "65", "--seconds", "30", "--dry-run")
+        self.assertEqual(again.returncode, 0, again.stderr)
+
         self.assertEqual(self.ctl("calibrate", "wand", "--seconds", "30").returncode, 0)
         kept = json.loads(self.ctl("calibrate", "list", "--json").stdout)["rigs"]["rigs"]
         self.assertEqual([each["inForce"] for each in kept], [True, False])
