@@ -94,6 +94,7 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
     parts.expected_height_px = model.height_px;
   }
   parts.drawn_masks = model.masks;
+  parts.recorded = facts_of(settings.cameras[id.value]).recorded_time;
   return parts;
 }
 

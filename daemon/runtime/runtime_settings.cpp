@@ -19,7 +19,7 @@ void declare_reopen_keys(KeyVisitor& keys, PipelineSettings& pipeline) {
   keys.time("silent_after_ms", camera.silent_after, {10, 60000},
             {.help = "a camera that gives no image for this time is reopened"});
   keys.time("first_image_within_ms", camera.first_image_within, {10, 600000},
-            {.help = "the same for the first image after a start"});
+            {.help = "the same for the first image after a start, and for unusable ones alone"});
   keys.time("first_backoff_ms", camera.first_backoff, {1, 60000},
             {.help = "time before the first attempt; it doubles with each attempt"});
   keys.time("longest_backoff_ms", camera.longest_backoff, {1, 600000}, {.help = "longest time before an attempt"});

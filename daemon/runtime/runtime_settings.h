@@ -27,7 +27,7 @@ enum class Waiting {
 /// [reopen]: a camera that failed or delivers no images.
 struct CameraWorkerSettings {
   Duration silent_after = std::chrono::milliseconds(500);
-  Duration first_image_within = std::chrono::seconds(5);
+  Duration first_image_within = std::chrono::seconds(5);  ///< after a start, and after the first of unusable images
   Duration first_backoff = std::chrono::milliseconds(250);
   Duration longest_backoff = std::chrono::milliseconds(2000);
   bool lossless = false;  ///< no key: waits for free space instead of dropping (replay)

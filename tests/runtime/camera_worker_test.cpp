@@ -359,8 +359,9 @@ TEST(CameraWorker, LosesACameraThatOnlyGivesUnusableImagesAndNamesTheReason) {
   settings.first_image_within = Duration::zero();
   testing::internal::CaptureStderr();
 
-  rig.run(parts({{Error{ErrorCode::Io, "camera 'north': image 7 has a stamp of tomorrow"}, Deliver{8}},
-                 {Error{ErrorCode::Io, "camera 'north': image 9 has a stamp of tomorrow"}, Deliver{10}},
+  const Error first{ErrorCode::Io, "camera 'north': image 6 has a stamp of tomorrow"};
+  rig.run(parts({{first, Error{ErrorCode::Io, "camera 'north': image 7 has a stamp of tomorrow"}, Deliver{8}},
+                 {first, Error{ErrorCode::Io, "camera 'north': image 9 has a stamp of tomorrow"}, Deliver{10}},
                  {Deliver{11}, kEnd}}),
           settings);
 
@@ -377,15 +378,32 @@ TEST(CameraWorker, LosesACameraThatOnlyGivesUnusableImagesAndNamesTheReason) {
   EXPECT_EQ(errors[1], "no usable image for 0 s: image 9 has a stamp of tomorrow");
 }
 
-TEST(CameraWorker, KeepsARecordingWithManyUnusableImages) {
+// A camera that is triggered in bursts may be silent for longer than the span before its unusable image. Here the span
+// is 0 s, so that every silence is longer.
+TEST(CameraWorker, KeepsACameraThatGivesOneUnusableImageAfterEachUsableOne) {
   Rig rig;
   CameraWorkerSettings settings = quick();
   settings.first_image_within = Duration::zero();
-  settings.lossless = true;
+  const Error broken{ErrorCode::Io, "packets missing"};
 
-  rig.run(parts({{Error{ErrorCode::Io, "not a PNG"}, Error{ErrorCode::Io, "not a PNG"}, Deliver{2}, kEnd}}), settings);
+  rig.run(parts({{Deliver{0}, broken, Deliver{2}, broken, Deliver{4}, kEnd}}), settings);
 
-  EXPECT_EQ(rig.delivered(), std::vector<std::uint64_t>{2});
+  EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{0, 2, 4}));
+  EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
+}
+
+// Other cameras of the run may be live.
+TEST(CameraWorker, KeepsARecordingWithManyUnusableImagesAndWithSilence) {
+  Rig rig;
+  CameraWorkerSettings settings = quick();
+  settings.first_image_within = settings.silent_after = Duration::zero();
+  const Error broken{ErrorCode::Io, "not a PNG"}, nothing{ErrorCode::Timeout, {}};
+  CameraParts camera = parts({{nothing, broken, broken, broken, Deliver{3}, nothing, nothing, Deliver{4}, kEnd}});
+  camera.recorded = true;
+
+  rig.run(std::move(camera), settings);
+
+  EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{3, 4}));
   EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
 }
 

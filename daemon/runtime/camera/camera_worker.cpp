@@ -100,19 +100,21 @@ Status CameraWorker::stream(const std::stop_token& stop) {
     if (silence_is_held_) log_silence();
   }
 
-  Timestamp heard_at = host_now(), usable_at = heard_at;
+  Timestamp heard_at = host_now();
+  std::optional<Timestamp> unusable_since;  // first unusable image after the last usable one
   while (!stop.stop_requested()) {
     follow_orders();
     if (stopped_) return {};
     const Result<Frame> frame = parts_.camera->next(kStopCheckPeriod);
     if (frame) {
-      heard_at = usable_at = host_now();
+      heard_at = host_now();
+      unusable_since.reset();
       const Status taken = process(*frame, stop);
       if (!taken) return taken;
     } else if (frame.error().code == ErrorCode::Timeout) {
       const Duration allowed = streaming_ ? settings_.silent_after : settings_.first_image_within;
       const Duration silence = host_now() - heard_at;
-      if (silence > allowed && !settings_.lossless) {
+      if (silence > allowed && !parts_.recorded) {
         silent_ = true;
         return Error{
             ErrorCode::DeviceLost,
@@ -122,7 +124,8 @@ Status CameraWorker::stream(const std::stop_token& stop) {
       }
     } else if (frame.error().code == ErrorCode::Io) {
       heard_at = host_now();
-      const Status kept = note_unusable(frame.error(), heard_at, usable_at);
+      if (!unusable_since) unusable_since = heard_at;
+      const Status kept = note_unusable(frame.error(), heard_at, *unusable_since);
       if (!kept) return kept;
     } else {
       return frame.error();
@@ -131,9 +134,9 @@ Status CameraWorker::stream(const std::stop_token& stop) {
   return {};
 }
 
-// Counts an image that cannot be used, and logs each kind of fault once a minute. A camera without a usable image for
-// long is lost for the reason of the last one.
-Status CameraWorker::note_unusable(const Error& error, Timestamp now, Timestamp usable_at) {
+// Counts an image that cannot be used, and logs each kind of fault once a minute. A camera that has given only unusable
+// images for long is lost for the reason of the last one.
+Status CameraWorker::note_unusable(const Error& error, Timestamp now, Timestamp unusable_since) {
   channel_.counters.failed_frames.add();
   const std::string reason = without_name(error.message, parts_.name);
   if (unusable_.is_news(without_digits(reason), now)) {
@@ -142,7 +145,7 @@ Status CameraWorker::note_unusable(const Error& error, Timestamp now, Timestamp 
         fmt::format("unusable image: {}; further ones like it are counted (failed_frames) and logged once a minute",
                     reason));
   }
-  if (settings_.lossless || now - usable_at <= settings_.first_image_within) return {};
+  if (parts_.recorded || now - unusable_since <= settings_.first_image_within) return {};
   return Error{ErrorCode::DeviceLost,
                fmt::format("no usable image for {:.3g} s: {}", to_s(settings_.first_image_within), reason)};
 }

@@ -48,6 +48,9 @@ struct CameraParts {
   int expected_width_px = 0;  ///< size in the rig; 0: any size
   int expected_height_px = 0;
   std::vector<MaskPolygon> drawn_masks = {};  ///< configured masks; a learnt mask excludes their area
+  /// The images are those of a recording, which would begin again if the camera were reopened: neither silence nor
+  /// unusable images reopen it.
+  bool recorded = false;
   FailureFold* failures = nullptr;  ///< of cameras that fail together; null: logs its own. It outlives the worker
 };
 
@@ -118,7 +121,7 @@ class CameraWorker : public Pausable {
  private:
   Status stream(const std::stop_token& stop);
   Status start_camera(const std::stop_token& stop);
-  Status note_unusable(const Error& error, Timestamp now, Timestamp usable_at);
+  Status note_unusable(const Error& error, Timestamp now, Timestamp unusable_since);
   Status process(const Frame& frame, const std::stop_token& stop);
   Status prepare_for(const Image& image);
   void push(const std::stop_token& stop);
