@@ -221,6 +221,37 @@ TEST_F(TcpCamera, RefusesAUtcStampInTheFutureAndDeliversTheNextImage) {
   EXPECT_LE(frame->exposed_at, frame->received_at);
 }
 
+// Recordings refuse an image that is not later than the one before.
+TEST_F(TcpCamera, RefusesUtcStampsOfBeforeOnANewConnection) {
+  TcpSettings settings = small_images(sender.port());
+  settings.stamps_are_utc = true;
+  connect(settings);
+  Message last, again, next;
+  last.stamp_ns = to_ns(host_now() - std::chrono::milliseconds(5)) + utc_minus_host().count();
+  again.stamp_ns = last.stamp_ns - 500'000'000;
+  again.number = 0;
+  next.number = 1;
+
+  sender.send_message(last);
+  const Result<Frame> before = camera->next(kPatience);
+  ASSERT_TRUE(before) << before.error().message;
+  const Timestamp exposed_before = before->exposed_at;
+  camera->stop();
+  ASSERT_TRUE(camera->start());
+  sender.accept_camera();
+  sender.send_message(again);
+  const Result<Frame> refused = camera->next(kPatience);
+  next.stamp_ns = to_ns(host_now()) + utc_minus_host().count();
+  sender.send_message(next);
+  const Result<Frame> frame = camera->next(kPatience);
+
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::Io);
+  EXPECT_THAT(refused.error().message, HasSubstr("s before that of an earlier image, expected a later one"));
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_GT(frame->exposed_at, exposed_before);
+}
+
 TEST_F(TcpCamera, ReadsTwelveBitsInTwoBytes) {
   TcpSettings settings = small_images(sender.port());
   settings.pixel_format = PixelFormat::Mono12;

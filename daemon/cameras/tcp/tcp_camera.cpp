@@ -92,7 +92,7 @@ class TcpCamera final : public Camera {
   int behind_ = 0;  // images in a row whose numbers are not above last_number_
   ClockMapping clock_;
   LeapCounter leaps_;
-  Timestamp last_exposed_;
+  Timestamp last_exposed_;  // of all connections: exposures of one camera increase
 };
 
 Status TcpCamera::start() {
@@ -107,7 +107,6 @@ Status TcpCamera::start() {
   last_number_.reset();
   behind_ = 0;
   clock_.reset();
-  last_exposed_ = {};
   log_info("camera " + name_, fmt::format("started driver=tcp address={} port={} size={}x{}", settings_.address,
                                           settings_.port, settings_.width_px, settings_.height_px));
   return {};
@@ -193,6 +192,11 @@ Result<Frame> TcpCamera::frame_of(const TcpHeader& header, Timestamp received) {
                                 "the sender's clock (NTP, PTP) or set clock = \"estimated\"",
                                 std::abs(to_s(ahead)), ahead > Duration::zero() ? "later than" : "before",
                                 to_s(ahead > Duration::zero() ? kMaxAhead : kMaxUtcOffset)));
+    }
+    if (middle <= last_exposed_) {
+      return broken(header.frame_number,
+                    fmt::format("its stamp is {:.6f} s before that of an earlier image, expected a later one",
+                                to_s(last_exposed_ - middle)));
     }
   } else {
     middle = clock_.map(header.stamp, first_byte_at_);
