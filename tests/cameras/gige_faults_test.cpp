@@ -11,6 +11,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "cameras/aravis/aravis_camera.h"
@@ -256,8 +257,28 @@ TEST_F(GigeFaults, TakesAnImageForEachSoftwareTrigger) {
 
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(whole_frame(*camera)) << i;
 
-  // next() sends one trigger, and no other function does.
+  // next() sends one trigger for each image, and no other function does.
   EXPECT_LE(served.sent(), 20U);
+}
+
+TEST_F(GigeFaults, DoesNotTriggerAgainForAnImageThatWaitsForItsCaller) {
+  ServedGigE served("127.0.0.2", "G16");
+  ASSERT_TRUE(served.running());
+  AravisSettings settings = at_address("127.0.0.2");
+  settings.trigger = "software";
+  const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
+  ASSERT_TRUE(started(*camera));
+  const Result<Frame> too_early = camera->next(Duration::zero());
+
+  // The caller is busy for longer than the image of a trigger is waited for, 1 s and the exposure.
+  const Timestamp late = host_now() + milliseconds(1200);
+  while (host_now() < late || served.sent() == 0) std::this_thread::sleep_for(milliseconds(10));
+  const std::optional<Frame> frame = whole_frame(*camera);
+
+  EXPECT_FALSE(too_early);
+  EXPECT_TRUE(frame);
+  EXPECT_FALSE(served.device().take_software_trigger()) << "a second trigger is pending";
+  EXPECT_EQ(served.sent(), 1U);
 }
 
 TEST_F(GigeFaults, TriggersAgainIfAnImageOfASoftwareTriggerNeverComes) {

@@ -41,9 +41,8 @@ constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // Time from the arrival of a packet to the time stamp that Aravis's receive thread takes: the wake-up of a thread on an
 // idle Linux machine (decisions/0008).
 constexpr Duration kWaking = std::chrono::microseconds(40);
-// Wait for the image of a software trigger, plus its exposure: twice the 80 ms of an incomplete image, and a margin.
-constexpr Duration kTriggerAgain = std::chrono::milliseconds(200);
-// Longest transfer of an image, first byte to last byte. Design value.
+// Longest transfer of an image, first byte to last byte; a software trigger waits this long, and its exposure, for its
+// image. Design value.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
 
 const char* reason_of(ArvBufferStatus status) {
@@ -143,8 +142,8 @@ class AravisCamera : public Camera {
   std::unique_ptr<AravisDevice> device_;
   ArvBuffer* lent_ = nullptr;  // in use by the caller until the next call
   Seen seen_ = Seen::Never;
-  bool trigger_due_ = false;
-  Timestamp triggered_at_;  // the last software trigger
+  bool trigger_due_ = false;  // a software trigger: no image is expected
+  Timestamp triggered_at_;    // the last software trigger
   ExposureClock clock_;
   std::optional<Duration> chunk_ahead_;      // chunk time minus leader time of the last image with both
   std::unique_ptr<ArrivalStamps> arrivals_;  // null: no permission, or not a network camera
@@ -167,13 +166,13 @@ Status AravisCamera::start() try {
     return error(ErrorCode::Timeout, "still looking for the camera and opening it; start again for the result");
   }
   Opened opened = opening_.get();
+  if (opened) seen_ = (*opened)->on_usb() ? Seen::OnUsb : Seen::OnNetwork;
   if (opened_with_.exposure_us != settings_.exposure_us || opened_with_.gain_db != settings_.gain_db) {
     if (opened) close_aside(*std::move(opened));  // first: a camera that is still open would refuse the next attempt
     open_anew();
     return error(ErrorCode::Timeout, "opening it again for the new exposure or gain; start again for the result");
   }
   if (!opened) return error(opened.error().code, opened.error().message);
-  seen_ = (*opened)->on_usb() ? Seen::OnUsb : Seen::OnNetwork;
   return begin(std::move(*opened));
 } catch (const std::exception& failure) {
   return error(ErrorCode::Io, fmt::format("cannot create the thread that opens the camera: {}", failure.what()));
@@ -219,23 +218,24 @@ Result<Frame> AravisCamera::next(Duration patience) {
   ArvBuffer* const buffer = wait_for_buffer(patience);
   if (buffer == nullptr) {
     if (device_->lost()) return error(ErrorCode::DeviceLost, "the camera stopped answering");
+    // A second trigger while the image is on its way would make two images wait from then on.
+    const AravisFeatures& features = device_->features();
+    trigger_due_ = features.software_trigger && host_now() - triggered_at_ > kLongestWay + features.exposure;
     return Error{ErrorCode::Timeout, {}};
   }
   const Timestamp received = host_now();
   lent_ = buffer;
-  trigger_due_ = device_->features().software_trigger;
   count_stream();
   if (came_before(buffer)) return Error{ErrorCode::Timeout, {}};
+  trigger_due_ = device_->features().software_trigger;
   Result<Frame> frame = frame_of(buffer, received);
   count_clock();
   return frame;
 }
 
-// Sends a software trigger if one is due: after each image, and if an image was lost as a whole.
+// Sends a software trigger if one is due: after each image, and after an image that was lost as a whole.
 Status AravisCamera::trigger_if_due() {
-  const AravisFeatures& features = device_->features();
-  const bool image_lost = features.software_trigger && host_now() - triggered_at_ > kTriggerAgain + features.exposure;
-  if (!trigger_due_ && !image_lost) return {};
+  if (!trigger_due_) return {};
   AravisFailure failure;
   arv_camera_software_trigger(device_->camera(), failure);
   if (failure.happened()) {
