@@ -407,6 +407,44 @@ TEST(CameraWorker, KeepsARecordingWithManyUnusableImagesAndWithSilence) {
   EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
 }
 
+// A camera whose exposure is changed after two images, and which ends after six.
+class AdjustedCamera : public Camera {
+ public:
+  AdjustedCamera(CameraChannel& channel, int& learnt_from) : channel_(channel), learnt_from_(learnt_from) {}
+  Status start() override { return {}; }
+  Result<Frame> next(Duration) override {
+    if (channel_.masks.front() != nullptr && learnt_from_ == 0) learnt_from_ = images_;
+    if (images_ == 6) return kEnd;
+    if (++images_ == 2) static_cast<void>(channel_.orders.try_push(CameraOrder{2, CameraAction::Adjust, 500.0, {}, 0}));
+    const Timestamp at = from_ns(images_ * 10'000'000);
+    return Frame{CameraId{0}, static_cast<std::uint64_t>(images_), at, at, {pixels_, 64, 64, 48, PixelFormat::Mono8}};
+  }
+  std::optional<CameraAdjustment> adjustment() const override { return CameraAdjustment{100.0, std::nullopt}; }
+  Status adjust(const CameraAdjustment&) override { return {}; }
+  void stop() noexcept override {}
+
+ private:
+  CameraChannel& channel_;
+  int& learnt_from_;  // images so far when the mask came
+  std::vector<std::byte> pixels_ = std::vector<std::byte>(64 * 48);
+  int images_ = 0;
+};
+
+TEST(CameraWorker, LearnsAMaskFromImagesOfOneExposure) {
+  Rig rig;
+  int learnt_from = 0;
+  CameraParts camera = parts({});
+  camera.camera = std::make_unique<AdjustedCamera>(rig.channel, learnt_from);
+  camera.make_detector = [](const Image&) -> Result<std::unique_ptr<Detector>> {
+    return std::unique_ptr<Detector>(std::make_unique<BusyDetector>());
+  };
+  ASSERT_TRUE(rig.channel.orders.try_push(CameraOrder{1, CameraAction::LearnMask, {}, {}, 4}));
+
+  rig.run(std::move(camera));
+
+  EXPECT_EQ(learnt_from, 6) << "two images before the change, four after it";
+}
+
 TEST(CameraWorker, RejectsImagesWhoseSizeDiffersFromTheRig) {
   Rig rig;
   CameraParts camera = parts({{Deliver{0, 32, 32}}, {kEnd}});

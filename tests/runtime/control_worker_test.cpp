@@ -36,15 +36,17 @@ ControlRequest request(ControlAction action, const std::string& name = {}) {
   return wanted;
 }
 
-// A server that returns the given requests one after the other, and then stops the worker, or waits for its end.
+// A server that returns the given requests one after the other, and then waits for their answers, at most until
+// `until`, and stops the worker.
 class Script final : public ControlServer {
  public:
-  Script(std::vector<ControlRequest> requests, std::vector<ControlAnswer>& answers, std::stop_source* end)
-      : requests_(std::move(requests)), answers_(answers), end_(end) {}
+  Script(std::vector<ControlRequest> requests, std::vector<ControlAnswer>& answers, std::stop_source& end,
+         Timestamp until)
+      : requests_(std::move(requests)), answers_(answers), end_(end), until_(until) {}
   std::optional<ControlRequest> next(Duration) override {
     if (asked_ < requests_.size()) return requests_[asked_++];
     std::this_thread::yield();
-    if (end_ != nullptr) end_->request_stop();
+    if (answers_.size() == requests_.size() || host_now() > until_) end_.request_stop();
     return std::nullopt;
   }
   void answer(std::uint64_t, const ControlAnswer& answer) override { answers_.push_back(answer); }
@@ -52,7 +54,8 @@ class Script final : public ControlServer {
  private:
   std::vector<ControlRequest> requests_;
   std::vector<ControlAnswer>& answers_;
-  std::stop_source* end_;  // null: waits
+  std::stop_source& end_;
+  Timestamp until_;
   std::size_t asked_ = 0;
 };
 
@@ -63,21 +66,13 @@ struct World {
 
   World() { control.wake_fusion = &fusion; }
 
-  std::vector<ControlAnswer> ask(std::vector<ControlRequest> requests, bool lossless = false) {
+  // Stops the worker after the last request, or when all are answered, but then at `until` at the latest.
+  std::vector<ControlAnswer> ask(std::vector<ControlRequest> requests, bool lossless = false, Timestamp until = {}) {
     std::vector<ControlAnswer> answers;
     std::stop_source end;
-    ControlWorker worker(std::make_unique<Script>(std::move(requests), answers, &end), one_subject(), lossless,
+    ControlWorker worker(std::make_unique<Script>(std::move(requests), answers, end, until), one_subject(), lossless,
                          {&control, {&camera}});
     worker.run(end.get_token());
-    return answers;
-  }
-
-  // Returns when the worker waits for the change of the pipeline that the request causes.
-  std::vector<ControlAnswer> ask_until_change(const ControlRequest& request) {
-    std::vector<ControlAnswer> answers;
-    ControlWorker worker(std::make_unique<Script>(std::vector{request}, answers, nullptr), one_subject(), false,
-                         {&control, {&camera}});
-    worker.run({});
     return answers;
   }
 };
@@ -208,6 +203,26 @@ TEST(ControlWorker, AnswersOthersWhileMasksAreLearnt) {
               HasSubstr("no mask was learnt, because the configuration changes or the daemon stops"));
 }
 
+TEST(ControlWorker, EndsTheLearningOfMasksWhenTheCaptureIsStoppedAndRefusesItUntilItRuns) {
+  World world;
+  const auto threads = obliging(world);
+
+  const auto answers = world.ask({request(ControlAction::LearnMask), request(ControlAction::StopCapture),
+                                  request(ControlAction::LearnMask), request(ControlAction::StartCapture)});
+
+  ASSERT_EQ(answers.size(), 4U);
+  EXPECT_EQ(answers[0].code, ControlCode::Failed);
+  EXPECT_THAT(answers[0].message, HasSubstr("no mask was learnt, because the capture was stopped"));
+  EXPECT_EQ(answers[1].message, "capture stopped");
+  EXPECT_EQ(answers[2].code, ControlCode::Failed);
+  EXPECT_THAT(answers[2].message, HasSubstr("capture is stopped; run mocapctl capture start"));
+  EXPECT_EQ(answers[3].message, "capture started");
+}
+
+TEST(ControlWorker, LetsACameraOfTwoImagesASecondLearnAMask) {
+  EXPECT_GE(longest_learning(0), std::chrono::seconds(kDefaultMaskImages / 2));
+}
+
 TEST(ControlWorker, SavesTheLearntMasksWhenEachCameraHasSentItsOwn) {
   World world;
   MainOrder saved;
@@ -225,7 +240,7 @@ TEST(ControlWorker, SavesTheLearntMasksWhenEachCameraHasSentItsOwn) {
     }
   });
 
-  const auto answers = world.ask_until_change(request(ControlAction::LearnMask));
+  const auto answers = world.ask({request(ControlAction::LearnMask)}, false, host_now() + std::chrono::seconds(30));
 
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(answers[0].message, "camera 'north': 1 polygons, 0.00 % of the image\nchanged");

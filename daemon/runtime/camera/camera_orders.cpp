@@ -55,6 +55,8 @@ void CameraWorker::follow(const CameraOrder& order) {
       break;
     case CameraAction::Stop:
       stopped_ = true;
+      mask_order_.reset();  // the control thread has answered the request
+      learner_.reset();
       words = "stopping";
       break;
     case CameraAction::Adjust: {
@@ -83,6 +85,7 @@ Status CameraWorker::adjust(const CameraOrder& order) {
   CameraAdjustment wanted = *before;
   if (order.exposure_us) wanted.exposure_us = order.exposure_us;
   if (order.gain_db) wanted.gain_db = order.gain_db;
+  learner_.reset();  // a mask is learnt from images of one exposure: it begins again
   if (Status set = parts_.camera->adjust(wanted); !set || stopped_ || !streaming_) return set;
   const auto restart = [&] {
     parts_.camera->stop();

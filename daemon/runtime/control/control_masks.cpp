@@ -161,6 +161,9 @@ ControlAnswer ControlWorker::forget_masks(std::size_t camera, const std::stop_to
 // Orders the cameras to learn. Returns the answer if the request is refused; else continue_to_learn() answers it.
 std::optional<ControlAnswer> ControlWorker::begin_to_learn(const ControlRequest& request) {
   if (learning_) return mask_failure(ControlCode::Failed, "masks are being learnt already; wait until they are");
+  if (!capturing_) {
+    return mask_failure(ControlCode::Failed, "no mask can be learnt: capture is stopped; run mocapctl capture start");
+  }
   MaskLearning learning;
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) {
     if (request.name.empty() || description_.cameras[i].name == request.name) learning.cameras.push_back(i);
@@ -219,18 +222,18 @@ std::optional<ControlAnswer> ControlWorker::receive_masks(MaskLearning& learning
   learning.cameras = std::move(missing);
   const Duration patience = longest_learning(learning.request.images);
   if (learning.cameras.empty() || host_now() - learning.begun < patience) return std::nullopt;
-  return mask_failure(ControlCode::Timeout,
-                      fmt::format("camera '{}' did not deliver the images in {:.0f} s; check it with mocapctl status",
-                                  description_.cameras[learning.cameras.front()].name, to_s(patience)));
+  return mask_failure(
+      ControlCode::Timeout,
+      fmt::format("camera '{}' did not deliver the images in {:.0f} s; check it with mocapctl status, or "
+                  "learn from fewer with --images",
+                  description_.cameras[learning.cameras.front()].name, to_s(patience)));
 }
 
-// The cameras may be others when this thread runs again.
-void ControlWorker::stop_to_learn() {
+void ControlWorker::stop_to_learn(std::string_view why) {
   if (!learning_) return;
   const MaskLearning learning = *std::exchange(learning_, std::nullopt);
-  finish(learning.request, mask_failure(ControlCode::Failed,
-                                        "no mask was learnt, because the configuration changes or the daemon stops; "
-                                        "request it again"));
+  finish(learning.request,
+         mask_failure(ControlCode::Failed, fmt::format("no mask was learnt, because {}; request it again", why)));
 }
 
 }  // namespace mocap::runtime

@@ -97,7 +97,8 @@ void ControlWorker::run(const std::stop_token& stop) {
       finish(*request, *refused);
     }
   }
-  stop_to_learn();
+  // The cameras may be others when this thread runs again.
+  stop_to_learn("the configuration changes or the daemon stops");
 }
 
 void ControlWorker::finish(const ControlRequest& request, const ControlAnswer& answer) {
@@ -220,6 +221,7 @@ ControlAnswer ControlWorker::order_camera(std::size_t camera, CameraOrder order,
 ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
   if (lossless_) return failure(ControlCode::Unsupported, "a replay runs to its end, it cannot be stopped and started");
   if (on == capturing_) return done(on ? "capture runs already" : "capture is stopped already");
+  if (!on) stop_to_learn("the capture was stopped");
   CameraOrder order;
   order.action = on ? CameraAction::Start : CameraAction::Stop;
   std::string late;

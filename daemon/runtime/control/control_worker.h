@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -72,7 +73,7 @@ class ControlWorker {
   ControlAnswer adjust_camera(const ControlRequest& request, const std::stop_token& stop);
   std::optional<ControlAnswer> begin_to_learn(const ControlRequest& request);
   void continue_to_learn(const std::stop_token& stop);
-  void stop_to_learn();
+  void stop_to_learn(std::string_view why);
   std::optional<ControlAnswer> receive_masks(MaskLearning& learning) const;
   ControlAnswer list_masks(const ControlRequest& request) const;
   ControlAnswer change_masks(const ControlRequest& request, const std::stop_token& stop);
