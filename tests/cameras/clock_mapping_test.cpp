@@ -233,5 +233,15 @@ TEST(LeapCounter, CountsEachJumpOnceAlsoIfTheClockBeginsAnew) {
   EXPECT_EQ(counters.clock_leaps, 4U);
 }
 
+TEST(LeapCounter, NeverCountsAJumpThatWasSkipped) {
+  StreamCounters counters;
+  LeapCounter leaps;
+
+  leaps.skip(3);
+  leaps.count(4, counters);
+
+  EXPECT_EQ(counters.clock_leaps, 1U);
+}
+
 }  // namespace clock_mapping_test
 }  // namespace mocap::cameras

@@ -16,6 +16,9 @@ class LeapCounter {
     counted_ = leaps;
   }
 
+  /// The same for jumps that do not count, because the times of the images do not depend on this clock.
+  void skip(std::uint64_t leaps) noexcept { counted_ = leaps; }
+
  private:
   std::uint64_t counted_ = 0;
 };

@@ -287,7 +287,11 @@ Result<Frame> V4l2Camera::frame_of(const v4l2_buffer& buffer, Timestamp received
 void V4l2Camera::count_image() {
   if (counters_ == nullptr) return;
   counters_->completed_frames.fetch_add(1, std::memory_order_relaxed);
-  leaps_.count(clock_.leaps(), *counters_);
+  if (stamps_invalid_) {
+    leaps_.count(clock_.leaps(), *counters_);
+  } else {
+    leaps_.skip(clock_.leaps());
+  }
   counters_->clock_uncertainty_us.store(stamps_invalid_ ? to_us(clock_.uncertainty()) : 0.0, std::memory_order_relaxed);
   counters_->clock_source.store(stamps_invalid_ ? ClockSource::Receipts : ClockSource::Camera,
                                 std::memory_order_relaxed);
