@@ -65,7 +65,7 @@ class RemoteCamera final : public BlobCamera {
   Result<bool> follow_image();
   bool map_times(BlobFrame& image);
   void map_tracks(Blobs& blobs);
-  void count_lost(std::uint64_t sequence);
+  void count_lost(std::uint64_t until);
   bool clock_is_certain(Timestamp now) const;
   void call_when_due(Duration period);
   void waited_for(Duration span);
@@ -168,6 +168,7 @@ Status RemoteCamera::find_node(Timestamp until) {
     if (!news && news.error().code == ErrorCode::Timeout) continue;
     if (!news) return error(news.error().code, news.error().message);
     if (*news == wire::NodeNews::Refusal) return error(ErrorCode::NotFound, link_->refusal());
+    if (*news == wire::NodeNews::Image && settings_.recorded) count_lost(link_->image().sequence + 1);
     if (*news != wire::NodeNews::Echo) continue;
     if (!settings_.recorded && link_->echo().called_at < begun_at) continue;
     follow_echo();
@@ -327,6 +328,7 @@ Result<bool> RemoteCamera::follow(wire::NodeNews news) {
 Result<bool> RemoteCamera::follow_image() {
   wire::NodeImage& image = link_->image();
   count_lost(image.sequence);
+  next_sequence_ = image.sequence + 1;
   map_tracks(image.blobs.blobs);
   if (recorded_ || map_times(image.blobs)) return true;
   if (counters_ != nullptr) counters_->failed_frames.fetch_add(1, std::memory_order_relaxed);
@@ -336,11 +338,12 @@ Result<bool> RemoteCamera::follow_image() {
   return uncertain(now - *uncertain_since_ > kUncertainFor ? ErrorCode::DeviceLost : ErrorCode::Io);
 }
 
-void RemoteCamera::count_lost(std::uint64_t sequence) {
-  if (next_sequence_ && sequence > *next_sequence_ && counters_ != nullptr) {
-    counters_->missing_packets.fetch_add(sequence - *next_sequence_, std::memory_order_relaxed);
+// Counts the images from the next one on to the one before `until`: they are not delivered.
+void RemoteCamera::count_lost(std::uint64_t until) {
+  if (next_sequence_ && until > *next_sequence_ && counters_ != nullptr) {
+    counters_->missing_packets.fetch_add(until - *next_sequence_, std::memory_order_relaxed);
   }
-  next_sequence_ = sequence + 1;
+  next_sequence_ = until;
 }
 
 // Returns false if the clock is too uncertain for the sets. An image that came before its exposure shows that, too: one

@@ -23,8 +23,9 @@ constexpr std::array<Message, CameraFaults::kKinds> kMessages{{
     {&CameraHealth::failed_frames, "images came incomplete or were refused",
      "the line 'unusable image' of this camera has the reason; if packets are missing, check net.core.rmem_max, MTU "
      "and link speed with mocapctl doctor; if the clock of a node is uncertain, see clock_uncertainty_us"},
-    {&CameraHealth::missing_packets, "packets never came, although they were requested again",
-     "check cable and switch, and net.core.rmem_max with mocapctl doctor"},
+    {&CameraHealth::missing_packets, "packets never came",
+     "check cable and switch, and net.core.rmem_max with mocapctl doctor; of a node: each is an image that was lost on "
+     "the way, or that came while this host started the camera again"},
     {&CameraHealth::underruns, "images arrived while no buffer was free",
      "increase stream_buffers (or buffers), or connect fewer cameras to one processor"},
     {&CameraHealth::dropped_queue_full, "images dropped, the queue to the fusion was full",
@@ -32,7 +33,8 @@ constexpr std::array<Message, CameraFaults::kKinds> kMessages{{
     {&CameraHealth::repeated_frames, "images came a second time and were dropped",
      "the network or the camera repeats packets: look for a loop between switches, and for new firmware"},
     {&CameraHealth::clock_leaps, "times its clock jumped, ran back or stopped",
-     "exposure times are less accurate for some seconds; if this recurs, use PTP or new firmware"},
+     "exposure times are less accurate for some seconds; if this recurs, look for new firmware, or for the fault in "
+     "the program that stamps the images, and use PTP if the driver has it"},
 }};
 
 }  // namespace
