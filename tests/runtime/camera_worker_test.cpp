@@ -386,7 +386,7 @@ TEST(CameraWorker, KeepsACameraThatGivesOneUnusableImageAfterEachUsableOne) {
   settings.first_image_within = Duration::zero();
   const Error broken{ErrorCode::Io, "packets missing"};
 
-  rig.run(parts({{Deliver{0}, broken, Deliver{2}, broken, Deliver{4}, kEnd}}), settings);
+  rig.run(parts({{Deliver{0}, broken, Deliver{2}, broken, Deliver{4}, kEnd}, {kEnd}}), settings);
 
   EXPECT_EQ(rig.delivered(), (std::vector<std::uint64_t>{0, 2, 4}));
   EXPECT_EQ(rig.channel.counters.reopened.read(), 0U);
@@ -398,7 +398,8 @@ TEST(CameraWorker, KeepsARecordingWithManyUnusableImagesAndWithSilence) {
   CameraWorkerSettings settings = quick();
   settings.first_image_within = settings.silent_after = Duration::zero();
   const Error broken{ErrorCode::Io, "not a PNG"}, nothing{ErrorCode::Timeout, {}};
-  CameraParts camera = parts({{nothing, broken, broken, broken, Deliver{3}, nothing, nothing, Deliver{4}, kEnd}});
+  CameraParts camera =
+      parts({{nothing, broken, broken, broken, Deliver{3}, nothing, nothing, Deliver{4}, kEnd}, {kEnd}});
   camera.recorded = true;
 
   rig.run(std::move(camera), settings);
