@@ -270,7 +270,7 @@ TEST_F(GigeFaults, DoesNotTriggerAgainForAnImageThatWaitsForItsCaller) {
   ASSERT_TRUE(started(*camera));
   const Result<Frame> too_early = camera->next(Duration::zero());
 
-  // The caller is busy for longer than the image of a trigger is waited for, 1 s and the exposure.
+  // The caller is busy for longer than the image of a trigger is waited for, 0.4 s and the exposure.
   const Timestamp late = host_now() + milliseconds(1200);
   while (host_now() < late || served.sent() == 0) std::this_thread::sleep_for(milliseconds(10));
   const std::optional<Frame> frame = whole_frame(*camera);

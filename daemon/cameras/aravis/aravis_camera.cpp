@@ -41,8 +41,10 @@ constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // Time from the arrival of a packet to the time stamp that Aravis's receive thread takes: the wake-up of a thread on an
 // idle Linux machine (decisions/0008).
 constexpr Duration kWaking = std::chrono::microseconds(40);
-// Longest transfer of an image, first byte to last byte; a software trigger waits this long, and its exposure, for its
-// image. Design value.
+// A software trigger waits this long, and its exposure, for its image: longer than the transfer of an image of 4 MB at
+// 100 Mbit/s, and shorter than the default of silent_after_ms, after which the camera is reopened.
+constexpr Duration kTriggerAgain = std::chrono::milliseconds(400);
+// Longest transfer of an image, first byte to last byte. Design value.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
 
 const char* reason_of(ArvBufferStatus status) {
@@ -220,7 +222,7 @@ Result<Frame> AravisCamera::next(Duration patience) {
     if (device_->lost()) return error(ErrorCode::DeviceLost, "the camera stopped answering");
     // A second trigger while the image is on its way would make two images wait from then on.
     const AravisFeatures& features = device_->features();
-    trigger_due_ = features.software_trigger && host_now() - triggered_at_ > kLongestWay + features.exposure;
+    trigger_due_ = features.software_trigger && host_now() - triggered_at_ > kTriggerAgain + features.exposure;
     return Error{ErrorCode::Timeout, {}};
   }
   const Timestamp received = host_now();
