@@ -1,10 +1,15 @@
 // Tests of mocap-relay without a server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include "bridges/relay/nats_link.h"
@@ -168,6 +173,66 @@ TEST(NatsLink, SaysThatNothingListens) {
   EXPECT_THAT((*link)->state().reason, HasSubstr("no NATS server answers at nats://127.0.0.1:1: start it"));
   EXPECT_FALSE((*link)->ready());
   EXPECT_FALSE((*link)->publish("mocap.studio.description", ""));
+}
+
+// A NATS server that takes one connection and refuses many messages at once.
+class RefusingServer {
+ public:
+  static constexpr int kRefusals = 20'000;
+
+  RefusingServer() {
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof any;
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&any), size), 0);
+    EXPECT_EQ(::listen(listener_, 1), 0);
+    EXPECT_EQ(::getsockname(listener_, reinterpret_cast<sockaddr*>(&any), &size), 0);
+    port_ = std::to_string(ntohs(any.sin_port));
+    thread_ = std::thread([this] { serve(); });
+  }
+  RefusingServer(const RefusingServer&) = delete;
+  RefusingServer& operator=(const RefusingServer&) = delete;
+  ~RefusingServer() {
+    thread_.join();
+    ::close(listener_);
+  }
+  const std::string& port() const { return port_; }
+
+ private:
+  void serve() const {
+    const int client = ::accept(listener_, nullptr, nullptr);
+    const auto send = [&](std::string_view text) { ::send(client, text.data(), text.size(), MSG_NOSIGNAL); };
+    send("INFO {\"server_id\":\"test\",\"version\":\"2.9.0\",\"proto\":1,\"max_payload\":1048576}\r\n");
+    std::string heard;
+    char block[1024];
+    while (heard.find("PING\r\n") == std::string::npos) {
+      const ssize_t count = ::recv(client, block, sizeof block, 0);
+      if (count <= 0) break;
+      heard.append(block, static_cast<std::size_t>(count));
+    }
+    send("PONG\r\n");
+    std::string refusals;
+    for (int i = 0; i < kRefusals; ++i) refusals += "-ERR 'Permissions Violation for Publish to \"mocap.x\"'\r\n";
+    send(refusals);
+    while (::recv(client, block, sizeof block, 0) > 0) {
+    }
+    ::close(client);
+  }
+
+  int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  std::string port_;
+  std::thread thread_;
+};
+
+// A sanitizer sees a callback that uses the link afterwards.
+TEST(NatsLink, EndsAfterTheCallbacksThatWait) {
+  RefusingServer server;
+  auto link = NatsLink::open({.server = {"127.0.0.1", server.port(), false}, .ca = {}, .credentials = {}});
+  ASSERT_TRUE(link);
+
+  while ((*link)->state().reason.find("does not permit") == std::string::npos) std::this_thread::yield();
+  link->reset();
 }
 
 TEST(NatsLink, RefusesAFileThatHasNoCertificates) {

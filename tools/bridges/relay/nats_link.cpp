@@ -22,6 +22,7 @@ constexpr int kWriteDeadline_ms = 1000;
 constexpr int kFlush_ms = 1000;
 constexpr auto kBetweenFlushes = std::chrono::milliseconds(100);
 constexpr auto kBehind = std::chrono::milliseconds(500);
+constexpr auto kLastCallbacks = std::chrono::seconds(10);  // normally less than 1 ms: none of the callbacks waits
 
 struct FreeConnection {
   void operator()(natsConnection* connection) const { natsConnection_Destroy(connection); }
@@ -95,7 +96,8 @@ struct NatsLink::Impl {
   Options options;
   mutable std::mutex mutex;
   std::condition_variable_any wake;
-  NatsState state;                 // outlives the connection, whose destruction may still call note_refusal()
+  NatsState state;
+  std::uint64_t ended = 0;         // of state.connections; the callbacks of these are over
   Connection connection;           // replaced by the thread, under the mutex
   Clock::time_point ping_began{};  // of the ping without an answer; 0: there is none
   std::atomic<bool> sent_since_ping = false;
@@ -123,6 +125,24 @@ struct NatsLink::Impl {
     Impl& impl = *static_cast<Impl*>(of);
     const std::scoped_lock lock(impl.mutex);
     if (status == NATS_NOT_PERMITTED) impl.state.reason = explain_nats(status, "", impl.settings.server);
+  }
+
+  // The library calls it once for each connection that was made, after the last note_refusal() of that connection.
+  static void note_closed(natsConnection* /*connection*/, void* of) {
+    Impl& impl = *static_cast<Impl*>(of);
+    const std::scoped_lock lock(impl.mutex);
+    ++impl.ended;
+    impl.wake.notify_all();
+  }
+
+  // Closes the connection. The library may still have callbacks of it, and of those before, in its queue: returns
+  // whether all of them are over.
+  bool end() {
+    thread.request_stop();
+    thread.join();
+    connection.reset();
+    std::unique_lock lock(mutex);
+    return wake.wait_for(lock, kLastCallbacks, [this] { return ended == state.connections; });
   }
 
   void connect() {
@@ -168,8 +188,8 @@ struct NatsLink::Impl {
 NatsLink::NatsLink(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 NatsLink::~NatsLink() {
-  impl_->thread.request_stop();
-  impl_->thread.join();
+  // A callback that is still to come needs the Impl, which is then never freed.
+  if (!impl_->end()) static_cast<void>(impl_.release());
 }
 
 Result<std::unique_ptr<NatsLink>> NatsLink::open(const NatsSettings& settings) {
@@ -186,6 +206,7 @@ Result<std::unique_ptr<NatsLink>> NatsLink::open(const NatsSettings& settings) {
                    natsOptions_SetWriteDeadline(made, kWriteDeadline_ms) == NATS_OK &&
                    natsOptions_SetSendAsap(made, true) == NATS_OK &&
                    natsOptions_SetErrorHandler(made, Impl::note_refusal, impl.get()) == NATS_OK &&
+                   natsOptions_SetClosedCB(made, Impl::note_closed, impl.get()) == NATS_OK &&
                    // This class reconnects, because the library hides the reasons of failed attempts.
                    natsOptions_SetAllowReconnect(made, false) == NATS_OK &&
                    natsOptions_SetIgnoreDiscoveredServers(made, true) == NATS_OK;
