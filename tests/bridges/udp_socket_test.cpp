@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
 #include <poll.h>
 
 #include <string>
@@ -39,6 +40,24 @@ struct Reported {
     EXPECT_TRUE(has_events(socket, kLong_ms));
   }
 };
+
+std::vector<std::uint32_t> own_addresses() {
+  std::vector<std::uint32_t> own;
+  ifaddrs* all = nullptr;
+  if (::getifaddrs(&all) != 0) return own;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    own.push_back(ntohl(reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr));
+  }
+  ::freeifaddrs(all);
+  return own;
+}
+
+TEST(HasRoute, FromLoopbackOnlyToThisMachine) {
+  EXPECT_TRUE(has_route(INADDR_LOOPBACK, INADDR_LOOPBACK));
+  for (const std::uint32_t own : own_addresses()) EXPECT_TRUE(has_route(INADDR_LOOPBACK, own)) << to_string({own, 0});
+  EXPECT_FALSE(has_route(INADDR_LOOPBACK, *read_address("198.51.100.7")));  // of no machine, RFC 5737
+}
 
 TEST(UdpSocket, NamesAReceiverWhosePortIsClosed) {
   Reported reported;

@@ -2,6 +2,7 @@
 
 #include <sys/epoll.h>
 #include <sys/signalfd.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -36,8 +37,17 @@ void block_end_signals() {
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
 }
 
+void unblock_end_signals() {
+  const sigset_t ends = end_signals();
+  pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);
+}
+
 EventLoop::EventLoop() : epoll_(::epoll_create1(EPOLL_CLOEXEC)), signals_(open_signals()) {
-  watch(signals_.number(), EPOLLIN, [this](std::uint32_t /*events*/) { stop(); });
+  watch(signals_.number(), EPOLLIN, [this](std::uint32_t /*events*/) {
+    // The signal is taken: unblock_end_signals() must find only a second one.
+    signalfd_siginfo signal{};
+    if (::read(signals_.number(), &signal, sizeof signal) == sizeof signal) stop();
+  });
 }
 
 EventLoop::~EventLoop() = default;

@@ -14,6 +14,9 @@ namespace mocap::bridge {
 /// For programs with a thread that starts before the loop is created.
 void block_end_signals();
 
+/// From now on SIGINT or SIGTERM ends the program again. For a program that still waits after its EventLoop.
+void unblock_end_signals();
+
 /// One thread that waits for many file descriptors (epoll) and for SIGINT and SIGTERM. Each method is called by that
 /// thread.
 class EventLoop {

@@ -43,6 +43,14 @@ std::optional<std::uint32_t> read_address(const std::string& text) {
   return ntohl(address.s_addr);
 }
 
+bool has_route(std::uint32_t from, std::uint32_t to) {
+  const Descriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const sockaddr_in own = to_raw({from, 0}), other = to_raw({to, 9});  // any port but 0
+  // The kernel looks the route up, and refuses one that leaves the machine from a loopback address.
+  return socket && ::bind(socket.number(), generic(own), sizeof own) == 0 &&
+         ::connect(socket.number(), generic(other), sizeof other) == 0;
+}
+
 std::optional<UdpSocket> UdpSocket::open(const Peer& at, std::string& fault) {
   Descriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const sockaddr_in raw = to_raw(at);

@@ -29,6 +29,9 @@ std::string to_string(const Peer& peer);
 /// Reads an IPv4 address in dotted decimal notation; empty if `text` is none.
 std::optional<std::uint32_t> read_address(const std::string& text);
 constexpr bool is_loopback(std::uint32_t address) { return address >> 24U == 127; }
+/// Whether the machine has a way from its address `from` to the address `to`. Sends nothing. From a loopback address
+/// only the addresses of this machine are reached.
+bool has_route(std::uint32_t from, std::uint32_t to);
 constexpr bool is_multicast(std::uint32_t address) { return address >> 28U == 14; }
 
 enum class Sent {

@@ -98,7 +98,9 @@ std::string complete(Options& options) {
   for (const std::string& text : options.to) {
     const auto peer = read_peer(text);
     if (!peer) return fmt::format("--to: {}: expected an IPv4 address and a port, as in 10.0.0.5:1511", text);
-    if (bridge::is_loopback(options.server.listen) && !bridge::is_loopback(peer->address)) {
+    const bool elsewhere =
+        bridge::is_multicast(peer->address) || !bridge::has_route(options.server.listen, peer->address);
+    if (bridge::is_loopback(options.server.listen) && elsewhere) {
       return fmt::format("--to: {}: is on another machine: give --listen an address of this machine, which is {} now",
                          text, options.bridge.listen);
     }
@@ -130,5 +132,7 @@ int main(int argc, char** argv) {
   }
   bridge::Statistics statistics;
   natnet::Server server(options.server, statistics);
-  return bridge::run_bridge("mocap-natnet", options.bridge, server, statistics);
+  const int exit = bridge::run_bridge("mocap-natnet", options.bridge, server, statistics);
+  bridge::unblock_end_signals();  // the orders may wait for the end of a take: a second signal ends the program
+  return exit;
 }

@@ -39,6 +39,9 @@ TakeOrders::~TakeOrders() {
     stopping_ = true;
     std::erase_if(waiting_, [](const Record& one) { return one.start; });
     waiting_.resize(std::min<std::size_t>(waiting_.size(), 1));
+    if (asking_ || !waiting_.empty()) {
+      bridge::say("mocap-natnet", "waits for the daemon's answer about a take; Ctrl-C ends the program at once");
+    }
   }
   changed_.notify_all();
   thread_.join();
@@ -64,9 +67,11 @@ void TakeOrders::run() {
     const Record next = std::move(waiting_.front());
     waiting_.pop_front();
     const std::int32_t patience_ms = stopping_ ? kFarewell_ms : kPatience_ms;
+    asking_ = true;
     lock.unlock();
     send(next, patience_ms);
     lock.lock();
+    asking_ = false;
   }
 }
 

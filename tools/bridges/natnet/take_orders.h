@@ -26,7 +26,7 @@ class TakeOrders {
   /// Returns nullptr if the endpoint or a key is invalid, with the reason in `fault`.
   static std::unique_ptr<TakeOrders> open(const std::string& endpoint, const cli::KeyOptions& keys, std::string& fault);
   /// Waits for the answer to the order that was sent, at most 30 s. Of the waiting orders the first end of a take is
-  /// sent, with at most 2 s for its answer; the others are dropped.
+  /// sent, with at most 2 s for its answer; the others are dropped. The log says that it waits.
   ~TakeOrders();
   TakeOrders(const TakeOrders&) = delete;
   TakeOrders& operator=(const TakeOrders&) = delete;
@@ -45,6 +45,7 @@ class TakeOrders {
   std::condition_variable changed_;
   std::deque<Record> waiting_;
   bool stopping_ = false;
+  bool asking_ = false;  // the answer to an order is awaited
   std::thread thread_;
 };
 
