@@ -19,5 +19,13 @@ TEST(Shown, KeepsOtherText) {
   EXPECT_EQ(shown(""), "");
 }
 
+TEST(Shown, IsCutBetweenTwoCharacters) {
+  EXPECT_EQ(shown("J\u00fcrgen", 3), "J\u00fc");
+  EXPECT_EQ(shown("J\u00fcrgen", 2), "J");
+  EXPECT_EQ(shown("J\u00fcrgen", 1), "J");
+  EXPECT_EQ(shown("J\u00fcrgen", 0), "");
+  EXPECT_EQ(shown("J\u00fcrgen", 7), "J\u00fcrgen");
+}
+
 }  // namespace shown_text_test
 }  // namespace mocap::cli

@@ -1,9 +1,12 @@
 // Tests of the programs mocap-watch and subscribe.py with a feed of this process.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -40,10 +43,12 @@ Outcome watch(const std::string& arguments) {
   return run(support::quoted(support::program_folder() + "/mocap-watch") + " " + arguments);
 }
 
-// A feed of one subject with two markers, one of them lost. The publisher skips every tenth snapshot.
+// A feed of one subject with two markers, one of them lost, and of other points. The publisher skips every tenth
+// snapshot.
 class Feed {
  public:
-  Feed() : publisher_(std::move(*wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"}))) {
+  explicit Feed(std::size_t points = 0)
+      : points_(points), publisher_(std::move(*wire::ZmqPublisher::open({.endpoint = "tcp://127.0.0.1:*"}))) {
     EXPECT_TRUE(publisher_->describe(wire::testing::sample_description()));
     thread_ = std::jthread([this](const std::stop_token& stop) { send(stop); });
   }
@@ -60,6 +65,9 @@ class Feed {
     labels.phase = SubjectPhase::Tracking;
     labels.markers.resize(2);
     labels.markers[0].state = LabelState::Measured;
+    for (std::size_t i = 0; i < points_; ++i) {
+      snapshot.unlabelled.push_back({}).position = WorldPoint{{0.123456, 0.234567, 0.345678}};
+    }
     Health health;
     health.latency[2] = {100, std::chrono::microseconds(400), std::chrono::microseconds(900),
                          std::chrono::microseconds(1500)};
@@ -84,6 +92,7 @@ class Feed {
     }
   }
 
+  std::size_t points_;
   std::unique_ptr<wire::ZmqPublisher> publisher_;
   std::jthread thread_;
 };
@@ -176,17 +185,61 @@ TEST(MocapWatch, EndsWhenItsOutputIsClosed) {
   EXPECT_EQ(done.out, "3\n");
 }
 
-TEST(MocapWatch, EndsAtASignalWhileItsOutputIsNotRead) {
-  Feed feed;
-  const support::TemporaryFolder folder;
-  const std::string pipe = support::quoted((folder.path() / "pipe").string());
+// mocap-watch --json, whose output is a pipe that the test reads.
+class PipedWatch {
+ public:
+  explicit PipedWatch(const std::string& endpoint) {
+    const std::string program = support::program_folder() + "/mocap-watch";
+    EXPECT_EQ(::pipe2(ends_, O_CLOEXEC), 0);
+    process_ = ::fork();
+    if (process_ != 0) return;
+    ::dup2(ends_[1], STDOUT_FILENO);
+    ::execl(program.c_str(), "mocap-watch", endpoint.c_str(), "--json", nullptr);
+    ::_exit(127);
+  }
+  PipedWatch(const PipedWatch&) = delete;
+  PipedWatch& operator=(const PipedWatch&) = delete;
+  ~PipedWatch() {
+    for (const int end : ends_) ::close(end);
+  }
 
-  // The pipe is full after half a second. Without an end at SIGTERM the exit code is 137, of SIGKILL.
-  const Outcome done = run("mkfifo " + pipe + "; sleep 300 <" + pipe + " & timeout --preserve-status -k 30 3 " +
-                           support::quoted(support::program_folder() + "/mocap-watch") + " " + feed.endpoint() +
-                           " --json >" + pipe + "; echo $?; kill $!");
+  // Whether the pipe becomes full, so that the program waits for the reader.
+  bool fills_the_pipe() const {
+    const Timestamp limit = host_now() + kLong;
+    pollfd room{.fd = ends_[1], .events = POLLOUT, .revents = 0};
+    while (::poll(&room, 1, 0) == 1 && host_now() < limit) std::this_thread::yield();
+    return ::poll(&room, 1, 0) == 0;
+  }
+  void stop() const { ::kill(process_, SIGTERM); }
+  // The exit code; -1: the program did not end.
+  int wait() const {
+    const Timestamp limit = host_now() + kLong;
+    int status = 0;
+    while (::waitpid(process_, &status, WNOHANG) == 0) {
+      if (host_now() < limit) {
+        std::this_thread::yield();
+        continue;
+      }
+      ::kill(process_, SIGKILL);
+      ::waitpid(process_, &status, 0);
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
 
-  EXPECT_EQ(done.out, "0\n");
+ private:
+  static constexpr Duration kLong = std::chrono::seconds(60);
+  int ends_[2] = {-1, -1};
+  pid_t process_ = -1;
+};
+
+TEST(MocapWatch, EndsAtASignalInTheMiddleOfALineThatNobodyReads) {
+  Feed feed(800);  // a line has more than 20 kB: several pages of the pipe
+
+  const PipedWatch program(feed.endpoint());
+  ASSERT_TRUE(program.fills_the_pipe());
+  program.stop();
+
+  EXPECT_EQ(program.wait(), 0);
 }
 
 TEST(MocapWatch, ReportsInvalidArguments) {

@@ -1,6 +1,5 @@
 // mocap-watch: shows a feed, or prints it as JSON lines.
 #include <fmt/core.h>
-#include <stdio_ext.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -15,8 +14,10 @@
 #include "base/exit_codes.h"
 #include "lib/cli/app.h"
 #include "lib/cli/key_options.h"
+#include "lib/cli/shown_text.h"
 #include "watch/doctor.h"
 #include "watch/feed_state.h"
+#include "watch/line_writer.h"
 #include "watch/report.h"
 #include "watch/take_player.h"
 #include "wire/codec/json.h"
@@ -34,7 +35,7 @@ constexpr int kQueueEveryFrame = 5000;  // every frame is printed although the r
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_stop(int /*signal*/) { stop_asked = 1; }
 
-// Also while a write waits for a reader: std::signal would continue that write.
+// Also while a call waits in the kernel: std::signal would continue that call.
 void end_at(int signal) {
   struct sigaction action {};
   action.sa_handler = ask_stop;
@@ -65,7 +66,7 @@ class Display {
     return size.ws_col - std::size_t{1};
   }
 
-  // `line` is the result of for_terminal().
+  // `line` is the result of cli::shown().
   void show(const std::string& line) {
     std::fputs(terminal_ ? "\r\x1b[2K" : "", to_);
     std::fputs(line.c_str(), to_);
@@ -102,8 +103,7 @@ class Watch {
     while (!over()) {
       if (!drain()) {
         if (stop_asked == 0) return false;
-        ::__fpurge(stdout);  // nobody reads the rest, so exit() must not wait for that
-        break;
+        break;  // nobody reads the rest
       }
       const Timestamp now = host_now();
       if (now < next_show) continue;
@@ -136,18 +136,15 @@ class Watch {
       message = source_.next(Duration(0));
     }
     ended_ = message.error().code == ErrorCode::EndOfStream;
-    return !options_.json || std::fflush(stdout) == 0;
+    return true;
   }
 
-  static bool print(const v1::Snapshot& snapshot) {
-    const std::string line = wire::to_json_line(snapshot);
-    return std::fwrite(line.data(), 1, line.size(), stdout) == line.size() && std::fputc('\n', stdout) != EOF;
-  }
+  bool print(const v1::Snapshot& snapshot) const { return lines_.write(wire::to_json_line(snapshot) + '\n'); }
 
   void show(Timestamp now) {
     const Duration silent_for = now - std::max(started_, feed_.last_arrival());
     if (silent_for >= (source_.has_fault() ? kFaultLasts : kSilence)) {
-      display_.show(watch::for_terminal(source_.reason_for_silence(feed_, silent_for), display_.columns()));
+      display_.show(cli::shown(source_.reason_for_silence(feed_, silent_for), display_.columns()));
     } else if (!options_.json && feed_.last()) {
       display_.show(watch::status_line(feed_, now, display_.columns()));
     }
@@ -156,6 +153,7 @@ class Watch {
   const Options& options_;
   const Source& source_;
   Display display_;
+  watch::LineWriter lines_{STDOUT_FILENO, [] { return stop_asked != 0; }};
   watch::FeedState feed_;
   Timestamp started_;
   bool ended_ = false;  // the take
@@ -173,8 +171,7 @@ int watch_source(const Options& options, const Source& source) {
   Watch watch(options, source);
   const bool written = watch.run();
   if (watch.feed().frames() == 0) {
-    fmt::print(stderr, "mocap-watch: {}\n",
-               watch::for_terminal(source.reason_for_silence(watch.feed(), watch.watched())));
+    fmt::print(stderr, "mocap-watch: {}\n", cli::shown(source.reason_for_silence(watch.feed(), watch.watched())));
   }
   if (!options.summary.empty() &&
       !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
@@ -227,7 +224,7 @@ int doctor(const Options& options) {
   watch::DoctorOptions asked{options.endpoint, options.keys.server_key, options.keys.secret_key};
   if (options.seconds) asked.seconds = *options.seconds;
   const watch::DoctorWord word = watch::ask_doctor(asked);
-  fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", watch::for_terminal(word.sentence));
+  fmt::print(word.exit_code == 0 ? stdout : stderr, "mocap-watch: {}\n", cli::shown(word.sentence));
   return word.exit_code;
 }
 

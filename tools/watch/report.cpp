@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "lib/cli/shown_text.h"
 #include "watch/idle_cameras.h"
 
 namespace mocap::watch {
@@ -158,29 +159,7 @@ std::string failed_recordings(const Health& health) {
   return text;
 }
 
-// Bytes of the control character at the beginning of a text in UTF-8; 0: another character.
-std::size_t control_bytes(std::string_view text) {
-  const auto first = static_cast<unsigned char>(text[0]);
-  const auto second = static_cast<unsigned char>(text.size() > 1 ? text[1] : '\0');
-  if (first < 0x20 || first == 0x7F) return 1;
-  return first == 0xC2 && second >= 0x80 && second < 0xA0 ? 2 : 0;
-}
-
-bool continues_a_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80; }
-
 }  // namespace
-
-std::string for_terminal(std::string_view text, std::size_t bytes) {
-  std::string line;
-  while (!text.empty()) {
-    const std::size_t control = control_bytes(text);
-    line += control > 0 ? '?' : text[0];
-    text.remove_prefix(std::max<std::size_t>(control, 1));
-  }
-  if (line.size() <= bytes) return line;
-  while (bytes > 0 && continues_a_character(line[bytes])) --bytes;
-  return line.substr(0, bytes);
-}
 
 std::string status_line(const FeedState& feed, Timestamp now, std::size_t columns) {
   if (!feed.last()) return std::string("waiting for the first snapshot").substr(0, columns);
@@ -200,9 +179,9 @@ std::string status_line(const FeedState& feed, Timestamp now, std::size_t column
   if (feed.health() && !failed_recordings(*feed.health()).empty()) line += " | " + failed_recordings(*feed.health());
   if (feed.unreadable() > 0) line += fmt::format(" unreadable {} ({})", feed.unreadable(), feed.last_fault());
   for (const std::string& latency : {latencies_of(feed), total_latency_of(feed)}) {
-    if (line.size() + latency.size() <= columns) return for_terminal(line + latency, columns);
+    if (line.size() + latency.size() <= columns) return cli::shown(line + latency, columns);
   }
-  return for_terminal(line, columns);
+  return cli::shown(line, columns);
 }
 
 std::string reason_for_silence(const FeedState& feed, const wire::LinkStatus& link, const std::string& endpoint,

@@ -2,19 +2,14 @@
 
 #include <cstddef>
 #include <string>
-#include <string_view>
 
 #include "watch/feed_state.h"
 #include "wire/zmq_subscriber.h"
 
 namespace mocap::watch {
 
-/// `text`, which may have names of the feed, without characters that a terminal obeys: '?' for each control character
-/// (C0, DEL, C1). At most `bytes` bytes of UTF-8, cut between two characters.
-std::string for_terminal(std::string_view text, std::size_t bytes = std::string::npos);
-
-/// The state of the feed in one line of at most `columns` bytes, see for_terminal(). If the line is too short for the
-/// latencies of all stages, only the total latency is shown.
+/// The state of the feed in one line of at most `columns` bytes, as cli::shown() makes it. If the line is too short for
+/// the latencies of all stages, only the total latency is shown.
 std::string status_line(const FeedState& feed, Timestamp now, std::size_t columns);
 
 /// The reason why no snapshot arrives, as far as the client can know it.

@@ -1,10 +1,14 @@
 #include "lib/cli/shown_text.h"
 
-#include <cstddef>
-
 namespace mocap::cli {
 
-std::string shown(std::string_view text) {
+namespace {
+
+bool continues_a_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
+
+}  // namespace
+
+std::string shown(std::string_view text, std::size_t bytes) {
   std::string clean;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
@@ -13,7 +17,9 @@ std::string shown(std::string_view text) {
     clean += byte < 0x20U || byte == 0x7FU || c1 ? ' ' : text[i];
     if (c1) ++i;
   }
-  return clean;
+  if (clean.size() <= bytes) return clean;
+  while (bytes > 0 && continues_a_character(clean[bytes])) --bytes;
+  return clean.substr(0, bytes);
 }
 
 }  // namespace mocap::cli
