@@ -68,10 +68,27 @@ TEST(NewFile, ReplacesNoFileThatAppearsMeanwhile) {
   EXPECT_EQ(content_of(folder.path() / "a.txt"), "mine");
 }
 
+// In a container each run has the same process id.
+TEST(NewFile, LeavesThePartFileOfAnotherProcessWithItsId) {
+  const support::TemporaryFolder folder;
+  const std::string other = "a.txt." + std::to_string(::getpid()) + "-1.part";
+  folder.write(other, "another");
+
+  auto file = NewFile::create_part(folder.path() / "a.txt");
+  ASSERT_TRUE(file) << file.error().message;
+  ASSERT_TRUE(file->append("new"));
+  ASSERT_TRUE(file->finish());
+
+  EXPECT_EQ(content_of(folder.path() / "a.txt"), "new");
+  EXPECT_EQ(content_of(folder.path() / other), "another");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2);
+}
+
 TEST(NewFile, NeedsAFolder) {
   const support::TemporaryFolder folder;
 
   EXPECT_EQ(NewFile::create(folder.path() / "nowhere" / "a.txt").error().code, ErrorCode::Io);
+  EXPECT_EQ(NewFile::create_part(folder.path() / "nowhere" / "a.txt").error().code, ErrorCode::Io);
 }
 
 }  // namespace new_file_test

@@ -49,12 +49,19 @@ Error taken(const fs::path& path) {
 Result<NewFile> NewFile::create(fs::path path) {
   if (is_taken(path)) return taken(path);
   if (const int unnamed = open_unnamed(path); unnamed >= 0) return NewFile(std::move(path), {}, unnamed);
-  fs::path part = path;
-  part += fmt::format(".{}.part", ::getpid());
-  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (file >= 0) return NewFile(std::move(path), std::move(part), file);
-  const fs::path& name = errno == EEXIST ? part : path;  // left by a program of the same number that was killed
-  return Error{ErrorCode::Io, fmt::format("{} cannot be created: {}", name.string(), std::strerror(errno))};
+  return create_part(std::move(path));
+}
+
+Result<NewFile> NewFile::create_part(fs::path path) {
+  for (int number = 1;; ++number) {
+    fs::path part = path;
+    part += fmt::format(".{}-{}.part", ::getpid(), number);
+    const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (file >= 0) return NewFile(std::move(path), std::move(part), file);
+    // The part file of a process with the same id: the process was killed, or runs in another container.
+    if (errno == EEXIST) continue;
+    return Error{ErrorCode::Io, fmt::format("{} cannot be created: {}", path.string(), std::strerror(errno))};
+  }
 }
 
 NewFile::NewFile(fs::path path, fs::path part, int file)

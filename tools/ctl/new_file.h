@@ -9,11 +9,14 @@ namespace mocap::ctl {
 
 /// A file that appears under its name only when it is complete, and never replaces an existing one. Until then it has
 /// no name, so that nothing is left of it if the program ends. On a file system without unnamed files (NFS, FAT) it is
-/// a file NAME.PID.part in the same folder, which the destructor removes.
+/// a file NAME.PID-1.part (or -2, ...) in the same folder, which the destructor removes.
 class NewFile {
  public:
   /// Fails with Io, and with InvalidArgument if the name exists; the message has the next free name.
   static Result<NewFile> create(std::filesystem::path path);
+
+  /// As create() on a file system without unnamed files, for a `path` that does not exist. Fails with Io.
+  static Result<NewFile> create_part(std::filesystem::path path);
 
   NewFile(NewFile&& other) noexcept;
   NewFile(const NewFile&) = delete;
