@@ -126,6 +126,15 @@ TEST_F(ExportCommand, KeepsAnExistingFile) {
   EXPECT_EQ(content("a.c3d"), "mine");
 }
 
+TEST_F(ExportCommand, EndsWith65IfTheTakeCannotBeRead) {
+  fs::create_directory(folder_.path() / "folder.mcap");  // which root cannot read either
+
+  const Ended ended = run("folder.mcap --out a.c3d");
+
+  EXPECT_EQ(ended.exit, 65);
+  EXPECT_THAT(ended.out, HasSubstr("is not a regular file"));
+}
+
 TEST_F(ExportCommand, LeavesNoFileAfterAnError) {
   EXPECT_EQ(run("walk.mcap --out a.c3d --subject nobody").exit, 65);
   EXPECT_EQ(run("walk.mcap --out a.c3d --range 10:00:00:00 10:00:01:00").exit, 65);

@@ -18,7 +18,13 @@ namespace {
 
 int fail_keys(const Error& error) {
   fmt::print(stderr, "mocapctl: {}\n", error.message);
-  return error.code == ErrorCode::InvalidArgument ? kExitData : kExitUnavailable;
+  switch (error.code) {
+    case ErrorCode::InvalidArgument: return kExitData;
+    case ErrorCode::NotFound: return kExitNoInput;
+    case ErrorCode::Busy:  // the file exists and is kept
+    case ErrorCode::Io: return kExitCannotWrite;
+    default: return kExitUnavailable;
+  }
 }
 
 int run_new(const KeysOptions& options) {

@@ -68,13 +68,14 @@ constexpr const char* kExamples = R"(examples:
   mocapctl calibrate wand --wand 500
       the running daemon calibrates its cameras with a waved wand
   mocapctl bridge list
-      who receives the feed by NatNet, VRPN, Rokoko or VMC
+      who receives the feed by NatNet, VRPN, Rokoko, VMC or NATS
   mocapctl keys new server.key
       keys for a daemon that other machines reach; see mocapctl keys --help
 
 exit codes: 0 done, 64 wrong command line, 65 a recording that tells too little
-or cannot be read, 66 no such file, 69 the daemon or a camera did not answer,
-73 a file cannot be written, 77 not allowed to your role, 78 wrong marker set,
+or cannot be read, a wrong key file, or a request that the daemon finds wrong,
+66 no such file, 69 the daemon or a camera did not answer, 73 a file cannot be
+written, 77 not allowed to your role, 78 wrong configuration, marker set,
 skeleton or subject file)";
 
 }  // namespace

@@ -203,7 +203,10 @@ int run_shot(const CamerasOptions& options) {
                                                    image.height_px, settings->rig[id.value].masks);
   if (!detector) return fail_cameras(detector.error());
   const Detection detection = (*detector)->detect(image);
-  if (const Status saved = save_shot(options.out, image, detection.blobs); !saved) return fail_cameras(saved.error());
+  if (const Status saved = save_shot(options.out, image, detection.blobs); !saved) {
+    fail_cameras(saved.error());
+    return kExitCannotWrite;
+  }
   fmt::print("{}: {}x{}, {} blobs, threshold {:.0f} grey\n", options.out.string(), image.width_px, image.height_px,
              detection.blobs.size(), detection.threshold_grey);
   return kExitOk;

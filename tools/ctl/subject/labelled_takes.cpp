@@ -2,19 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <fstream>
 #include <limits>
 #include <optional>
 #include <span>
 
 #include "base/read_file.h"
+#include "ctl/take/take_failure.h"
 #include "wire/codec/json.h"
 
 namespace mocap::ctl {
 
 Result<scene::C3d> read_c3d(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_file(path);
-  if (!bytes) return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read, expected a C3D file", path.string())};
+  if (!bytes) {
+    return cannot_read({bytes.error().code, fmt::format("{}: cannot be read, expected a C3D file", path.string())});
+  }
   Result<scene::C3d> c3d = scene::parse_c3d(std::as_bytes(std::span(*bytes)));
   if (!c3d) return Error{c3d.error().code, fmt::format("{}: {}", path.string(), c3d.error().message)};
   return c3d;
@@ -23,7 +27,10 @@ Result<scene::C3d> read_c3d(const std::filesystem::path& path) {
 Result<StreamTakes> read_stream(const std::filesystem::path& path, std::uint32_t subject, const MarkerSet& set,
                                 double rest_s) {
   std::ifstream in(path);
-  if (!in) return Error{ErrorCode::NotFound, fmt::format("{}: cannot be read, expected JSON lines", path.string())};
+  if (!in) {
+    return Error{errno == ENOENT ? ErrorCode::NotFound : ErrorCode::InvalidArgument,
+                 fmt::format("{}: cannot be read, expected JSON lines", path.string())};
+  }
   StreamTakes takes;
   takes.at_rest.markers = takes.moving.markers = set.markers.size();
   std::optional<Timestamp> began;

@@ -86,7 +86,7 @@ Result<exports::WriteOptions> write_options_of(const ExportOptions& options, con
 
 Result<Clip> read_clip(const ExportOptions& options, ExportReport& report) {
   Result<std::unique_ptr<take::SnapshotReader>> recording = take::open_snapshots(options.take);
-  if (!recording) return recording.error();
+  if (!recording) return cannot_read(recording.error());
   exports::ClipBuilder builder(options.take.stem().string(), options.subjects);
   {
     cli::StatusLine line;
@@ -94,7 +94,7 @@ Result<Clip> read_clip(const ExportOptions& options, ExportReport& report) {
       if (options.progress) return fmt::print(stderr, "progress {:.3f}\n", share);
       line.show(fmt::format("mocapctl: reading {:.0f} %", 100.0 * share));
     });
-    if (!read) return read.error();
+    if (!read) return cannot_read(read.error());
   }
   Result<Clip> clip = builder.build();
   if (!clip) return wrong(fmt::format("{}: {}", options.take.string(), clip.error().message));

@@ -9,6 +9,7 @@
 
 #include "ctl/json_line.h"
 #include "export/clip/interpolation.h"
+#include "lib/cli/shown_text.h"
 
 namespace mocap::ctl {
 namespace {
@@ -88,9 +89,10 @@ void print_export_json(const ExportReport& report, const Clip& clip) {
 }
 
 void print_export_text(const ExportReport& report, const Clip& clip) {
-  fmt::print("{}: {} frames at {:.6g} Hz of {}; {} markers, {} bones; {}, {}\n", report.file.string(), clip.frames,
-             clip.rate.hz(), fmt::join(names_of_subjects(clip), ", "), count_of_markers(clip), count_of_bones(clip),
-             exports::name_of(report.options.axes), exports::name_of(report.options.unit));
+  fmt::print("{}: {} frames at {:.6g} Hz of {}; {} markers, {} bones; {}, {}\n", cli::shown(report.file.string()),
+             clip.frames, clip.rate.hz(), cli::shown(fmt::format("{}", fmt::join(names_of_subjects(clip), ", "))),
+             count_of_markers(clip), count_of_bones(clip), exports::name_of(report.options.axes),
+             exports::name_of(report.options.unit));
   const exports::ClipReport& recorded = report.recorded;
   if (recorded.missing > 0) {
     fmt::print("{} of {} frames of the take were not recorded; they are empty\n", recorded.missing,
@@ -99,7 +101,7 @@ void print_export_text(const ExportReport& report, const Clip& clip) {
   print_faults(report.faults);
   for (const ClipSubject& subject : clip.subjects) {
     if (subject.subject.marker_set.skeleton.bones.empty() || frames_with_pose(subject, clip.frames) > 0) continue;
-    fmt::print("{} has a pose in 0 of {} frames\n", subject.subject.name, clip.frames);
+    fmt::print("{} has a pose in 0 of {} frames\n", cli::shown(subject.subject.name), clip.frames);
   }
   if (recorded.marks_outside > 0) {
     fmt::print("{} marks were left out: they are before the first or after the last frame of the take\n",

@@ -10,6 +10,7 @@
 
 #include "base/exit_codes.h"
 #include "ctl/json_line.h"
+#include "ctl/take/take_failure.h"
 #include "lib/cli/shown_text.h"
 #include "lib/takes/take_report.h"
 #include "take/take_edit.h"
@@ -21,7 +22,7 @@ namespace {
 using nlohmann::ordered_json;
 
 int fail(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", error.message);
+  fmt::print(stderr, "mocapctl: {}\n", cli::shown(error.message));
   switch (error.code) {
     case ErrorCode::NotFound: return kExitNoInput;
     case ErrorCode::InvalidArgument:
@@ -90,7 +91,7 @@ void print_text(const take::TakeReader& reader) {
   const double seconds = takes::seconds_of(reader);
   const ordered_json quality = takes::quality_of(reader);
   const auto bytes = static_cast<double>(reader.mcap().file().size());
-  fmt::print("{}\n", reader.mcap().path());
+  fmt::print("{}\n", cli::shown(reader.mcap().path()));
   fmt::print("  {}, {:.3f} s, {:.1f} MB, {:.2f} MB/s\n", takes::state_of(reader), seconds, 1e-6 * bytes,
              seconds > 0.0 ? 1e-6 * bytes / seconds : 0.0);
   print_quality(quality);
@@ -104,14 +105,14 @@ void print_text(const take::TakeReader& reader) {
   }
   for (const auto& damage : reader.mcap().damages()) fmt::print("  damaged: {}\n", cli::shown(damage.what));
   if (reader.cut_off() && !reader.is_being_written()) {
-    fmt::print("  write its index with: mocapctl take repair {}\n", reader.mcap().path());
+    fmt::print("  write its index with: mocapctl take repair {}\n", cli::shown(reader.mcap().path()));
   }
 }
 
 int run_show(const TakeOptions& options) {
   return for_each_file(options, [&](const std::filesystem::path& file) {
     const auto reader = take::TakeReader::open(file);
-    if (!reader) return fail(reader.error());
+    if (!reader) return fail(cannot_read(reader.error()));
     if (options.json) {
       fmt::print("{}\n", json_line(takes::json_of(*reader)));
     } else {
@@ -126,12 +127,12 @@ int run_list(const TakeOptions& options) {
   for (const std::filesystem::path& file : takes::takes_in(options.files)) {
     const auto reader = take::TakeReader::open(file);
     if (!reader) {
-      code = fail(reader.error());
+      code = fail(cannot_read(reader.error()));
     } else if (options.json) {
       fmt::print("{}\n", json_line(takes::json_of(*reader)));
     } else {
       const take::TakeInfo& info = reader->info();
-      fmt::print("{:32} {:10} {:9.2f} s {:9.1f} MB  {}  {} {}\n", file.string(), takes::state_of(*reader),
+      fmt::print("{:32} {:10} {:9.2f} s {:9.1f} MB  {}  {} {}\n", cli::shown(file.string()), takes::state_of(*reader),
                  takes::seconds_of(*reader), 1e-6 * static_cast<double>(reader->mcap().file().size()),
                  info.rating ? fmt::format("{}/{}", *info.rating, take::kMaxRating) : "-/5", cli::shown(info.slate),
                  cli::shown(info.notes));
@@ -143,15 +144,15 @@ int run_list(const TakeOptions& options) {
 int run_verify(const TakeOptions& options) {
   return for_each_file(options, [&](const std::filesystem::path& file) {
     const auto faults = take::verify_take(file);
-    if (!faults) return fail(faults.error());
+    if (!faults) return fail(cannot_read(faults.error()));
     if (options.json) {
       ordered_json json{{"file", file.string()}, {"valid", faults->empty()}, {"faults", ordered_json::array()}};
       for (const auto& fault : *faults) json["faults"].push_back(fault.what);
       fmt::print("{}\n", json_line(json));
     } else if (faults->empty()) {
-      fmt::print("{}: valid\n", file.string());
+      fmt::print("{}: valid\n", cli::shown(file.string()));
     } else {
-      for (const auto& fault : *faults) fmt::print("{}: {}\n", file.string(), fault.what);
+      for (const auto& fault : *faults) fmt::print("{}: {}\n", cli::shown(file.string()), cli::shown(fault.what));
     }
     return static_cast<int>(faults->empty() ? kExitOk : kExitData);
   });
@@ -166,9 +167,9 @@ int run_repair(const TakeOptions& options) {
       fmt::print("{}\n", json_line(json));
       return static_cast<int>(kExitOk);
     }
-    fmt::print("{}: {} messages kept, {} damaged bytes left out, index written\n", file.string(), repair->messages,
-               repair->lost_bytes);
-    for (const auto& damage : repair->damages) fmt::print("  left out: {}\n", damage.what);
+    fmt::print("{}: {} messages kept, {} damaged bytes left out, index written\n", cli::shown(file.string()),
+               repair->messages, repair->lost_bytes);
+    for (const auto& damage : repair->damages) fmt::print("  left out: {}\n", cli::shown(damage.what));
     return static_cast<int>(kExitOk);
   });
 }
@@ -177,7 +178,7 @@ int run_edit(const TakeOptions& options, const take::TakeEdit& edit) {
   return for_each_file(options, [&](const std::filesystem::path& file) {
     const auto info = take::edit_take(file, edit);
     if (!info) return fail(info.error());
-    fmt::print("{}: changed\n", file.string());
+    fmt::print("{}: changed\n", cli::shown(file.string()));
     return static_cast<int>(kExitOk);
   });
 }
@@ -185,13 +186,13 @@ int run_edit(const TakeOptions& options, const take::TakeEdit& edit) {
 int run_rename(const TakeOptions& options) {
   const auto renamed = takes::rename(options.file, options.text);
   if (!renamed) return fail(renamed.error());
-  fmt::print("{}: now {}\n", options.file.string(), renamed->string());
+  fmt::print("{}: now {}\n", cli::shown(options.file.string()), cli::shown(renamed->string()));
   return kExitOk;
 }
 
 bool is_confirmed(const std::filesystem::path& file) {
   if (::isatty(STDIN_FILENO) == 0) return false;
-  fmt::print("delete {}? [y/N] ", file.string());
+  fmt::print("delete {}? [y/N] ", cli::shown(file.string()));
   std::fflush(stdout);
   std::string answer;
   std::getline(std::cin, answer);
@@ -201,7 +202,7 @@ bool is_confirmed(const std::filesystem::path& file) {
 int run_delete(const TakeOptions& options) {
   return for_each_file(options, [&](const std::filesystem::path& file) {
     const auto reader = take::TakeReader::open(file);
-    if (!reader) return fail(reader.error());
+    if (!reader) return fail(cannot_read(reader.error()));
     if (reader->is_being_written()) {
       return fail({ErrorCode::Busy, fmt::format("'{}' is being recorded; stop the take first", file.string())});
     }
@@ -212,7 +213,7 @@ int run_delete(const TakeOptions& options) {
     if (!std::filesystem::remove(file, error)) {
       return fail({ErrorCode::Io, fmt::format("'{}' cannot be deleted: {}", file.string(), error.message())});
     }
-    fmt::print("{}: deleted\n", file.string());
+    fmt::print("{}: deleted\n", cli::shown(file.string()));
     return static_cast<int>(kExitOk);
   });
 }

@@ -5,11 +5,17 @@
 #include <cstdio>
 
 #include "base/exit_codes.h"
+#include "lib/cli/shown_text.h"
 
 namespace mocap::ctl {
 
+Error cannot_read(Error error) {
+  if (error.code == ErrorCode::Io) error.code = ErrorCode::InvalidArgument;
+  return error;
+}
+
 int report_take_failure(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", error.message);
+  fmt::print(stderr, "mocapctl: {}\n", cli::shown(error.message));
   switch (error.code) {
     case ErrorCode::NotFound: return kExitNoInput;
     case ErrorCode::Io: return kExitCannotWrite;

@@ -29,6 +29,9 @@ struct Opened {
 
 Result<Opened> open(const std::filesystem::path& file) {
   Result<take::TakeReader> reader = take::TakeReader::open(file);
+  if (!reader && reader.error().code == ErrorCode::Io) {  // Io: the joined take
+    return Error{ErrorCode::InvalidArgument, reader.error().message};
+  }
   if (!reader) return reader.error();
   const auto& texts = reader->info().others;
   const auto text = texts.find(retrack::kMadeOf);

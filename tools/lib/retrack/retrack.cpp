@@ -196,6 +196,7 @@ std::optional<Restored> restore(const RetrackOrder& order, const take::TakeReade
 
 Result<take::TakeReader> open_take(const RetrackOrder& order) {
   Result<take::TakeReader> take = take::TakeReader::open(order.take);
+  if (!take && take.error().code == ErrorCode::Io) return wrong(take.error().message);  // Io: the new take
   if (!take || has_images(*take)) return take;
   return wrong(
       fmt::format("'{}': has no images of blobs to be tracked; record with [takes] blobs = true", order.take.string()));
