@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -14,11 +15,13 @@
 #include "base/replace_file.h"
 #include "base/time.h"
 #include "ctl/json_line.h"
+#include "ctl/subject/import_files.h"
 #include "ctl/subject/labelled_takes.h"
 #include "ctl/subject/marker_set_drawing.h"
 #include "ctl/subject/subject_report.h"
 #include "ctl/take/take_failure.h"
 #include "identify/asymmetry.h"
+#include "lib/cli/shown_text.h"
 #include "lib/functional/motion_import.h"
 #include "scene/import_marker_set.h"
 #include "settings/shipped_files.h"
@@ -69,6 +72,16 @@ settings::SubjectFile file_of(const bodyfit::FittedSubject& fitted, const Subjec
           .marker_residuals_m = fitted.residuals.marker_rms_m};
 }
 
+// Only a regular file is replaced: a pipe, a device or the file behind a link is written.
+Status write_picture(const fs::path& out, const std::string& svg) {
+  std::error_code ignored;
+  const fs::file_type type = fs::symlink_status(out, ignored).type();
+  if (type == fs::file_type::regular || type == fs::file_type::not_found) return replace_file(out, svg);
+  std::ofstream file(out, std::ios::binary);
+  if (file << svg && file.flush()) return {};
+  return Error{ErrorCode::Io, fmt::format("--out is '{}', which cannot be written", out.string())};
+}
+
 // Empty, with an error message, if the takes contain too few markers.
 std::optional<bodyfit::FittedSubject> fit_body(const MarkerSet& set, const bodyfit::LabelledTake& at_rest,
                                                const bodyfit::LabelledTake& moving) {
@@ -88,27 +101,6 @@ std::optional<bodyfit::FittedSubject> fit_body(const MarkerSet& set, const bodyf
 int exit_of_file(const fs::path& file) {
   std::error_code ignored;
   return fs::exists(file, ignored) ? kExitConfig : kExitNoInput;
-}
-
-// The files of an import, in the folder --out.
-struct ImportFiles {
-  fs::path skeleton, marker_set, subject;  // skeleton: empty if it is not written
-};
-
-ImportFiles import_files(const SubjectOptions& options, bool by_motion) {
-  const auto file = [&](const char* ending) { return options.out / (options.name + ending); };
-  return {by_motion ? file(".skeleton.toml") : fs::path(), file(".markers.toml"), file(".subject.toml")};
-}
-
-// Fails with InvalidArgument if one of the files exists.
-Status check_absent(const ImportFiles& files) {
-  for (const fs::path& file : {files.skeleton, files.marker_set, files.subject}) {
-    std::error_code ignored;
-    if (file.empty() || !fs::exists(fs::symlink_status(file, ignored))) continue;
-    return Error{ErrorCode::InvalidArgument,
-                 fmt::format("{} exists and is kept; expected another --name or --out, or --replace", file.string())};
-  }
-  return {};
 }
 
 // Reports an import. `imported_set`: the marker set that was written next to the subject file `out`.
@@ -165,20 +157,9 @@ Result<Import> import_by_motion(const SubjectOptions& options, const scene::C3d&
   auto found = functional::import_by_motion(c3d, options.name);
   if (!found) return found.error();
   for (const std::string& label : found->left_out)
-    say("marker '{}' is never seen together with the others; left out", label);
+    say("marker '{}' is never seen together with the others; left out", cli::shown(label));
   warn_of_loose_joints(found->joints);
-  return Import{*std::move(found), import_files(options, true).skeleton};
-}
-
-Status save_import(const ImportFiles& files, const MarkerSet& set, const fs::path& skeleton,
-                   const settings::SubjectFile& subject) {
-  std::error_code failed;  // the first file that cannot be written tells why
-  fs::create_directories(files.subject.parent_path(), failed);
-  if (!files.skeleton.empty()) {
-    if (const Status saved = settings::save_skeleton(files.skeleton, set.skeleton); !saved) return saved;
-  }
-  if (const Status saved = settings::save_marker_set(files.marker_set, set, skeleton); !saved) return saved;
-  return settings::save_subject(files.subject, subject);
+  return Import{*std::move(found), import_files(options.out, options.name, true).skeleton};
 }
 
 void add_import(cli::App& subject, SubjectOptions& options) {
@@ -270,7 +251,7 @@ int run_import(const SubjectOptions& options) {
         options.file.string());
     return kExitData;
   }
-  const ImportFiles files = import_files(options, by_motion);
+  const ImportFiles files = import_files(options.out, options.name, by_motion);
   if (!options.replace) {
     if (const Status absent = check_absent(files); !absent) return report_take_failure(absent.error());
   }
@@ -283,8 +264,8 @@ int run_import(const SubjectOptions& options) {
     return report_take_failure(
         {import.error().code, fmt::format("{}: {}", options.file.string(), import.error().message)});
   const scene::ImportedMarkerSet& imported = import->found.imported;
-  for (const std::string& label : imported.unknown) say("label '{}' is unknown; left out", label);
-  for (const std::string& label : imported.twice) say("label '{}' occurs twice; the first is used", label);
+  for (const std::string& label : imported.unknown) say("label '{}' is unknown; left out", cli::shown(label));
+  for (const std::string& label : imported.twice) say("label '{}' occurs twice; the first is used", cli::shown(label));
 
   const bodyfit::LabelledTake take = scene::take_of(*c3d, imported.marker_set);
   const auto fitted = fit_body(imported.marker_set, options.at_rest ? take : bodyfit::LabelledTake{},
@@ -292,7 +273,7 @@ int run_import(const SubjectOptions& options) {
   if (!fitted) return kExitData;
   const MarkerSet imported_set = identify::with_asymmetries(imported.marker_set, *fitted);
   const settings::SubjectFile subject = file_of(*fitted, options, files.marker_set);
-  if (const Status saved = save_import(files, imported_set, import->skeleton_file, subject); !saved) {
+  if (const Status saved = save_import(files, imported_set, import->skeleton_file, subject, options.replace); !saved) {
     return report_take_failure(saved.error());
   }
   report_import(options, import->found, imported_set, subject, files.subject);
@@ -371,12 +352,7 @@ int run_draw(const SubjectOptions& options) {
     fmt::print("{}", svg);
     return kExitOk;
   }
-  std::error_code ignored;
-  if (fs::exists(options.out, ignored) && !fs::is_regular_file(options.out, ignored)) {
-    say("--out is '{}', expected a file", options.out.string());
-    return kExitCannotWrite;
-  }
-  const Status saved = replace_file(options.out, svg);
+  const Status saved = write_picture(options.out, svg);
   return saved ? kExitOk : report_take_failure(saved.error());
 }
 
