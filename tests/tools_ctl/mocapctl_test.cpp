@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -34,8 +37,10 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-Ended run(const std::string& arguments) {
-  const std::string command = support::quoted(support::program_folder() + "/mocapctl") + " " + arguments + " 2>&1";
+// `before`: the beginning of the command line.
+Ended run(const std::string& arguments, const std::string& before = "") {
+  const std::string command =
+      before + support::quoted(support::program_folder() + "/mocapctl") + " " + arguments + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   Ended ended{-1, {}};
   std::array<char, 4096> block;
@@ -143,6 +148,20 @@ TEST(Mocapctl, DescribesOnlyCamerasOfAMakeThatHasFeatures) {
   EXPECT_THAT(unknown.out, HasSubstr("has no camera 'nowhere'"));
 }
 
+TEST(Mocapctl, SaysByItsExitCodeWhetherAFileIsMissingOrCannotBeReadOrWritten) {
+  const support::TemporaryFolder folder;
+  const std::string key = support::quoted(folder.path() / "anna.key");
+  ASSERT_EQ(run("keys new " + key).exit, 0);
+
+  EXPECT_EQ(run("keys list --list " + support::quoted(folder.path() / "nothing")).exit, 66);
+  EXPECT_EQ(run("keys new " + key).exit, 73);
+  EXPECT_EQ(run("keys new /nowhere/anna.key").exit, 73);
+  const std::string unreadable = support::quoted(folder.path());  // a folder, which root cannot read either
+  EXPECT_EQ(run("subject import " + unreadable + " --name anna --out /tmp").exit, 65);
+  EXPECT_EQ(run("cameras shot cam1 --config " + (kConfig / "synthetic.toml").string() + " --out /nowhere/x.png").exit,
+            73);
+}
+
 TEST(Mocapctl, AllowsNoClientWhoseNameIsNoWord) {
   const support::TemporaryFolder folder;
   const std::string key = support::quoted(folder.path() / "anna.key"), list = support::quoted(folder.path() / "list");
@@ -198,6 +217,41 @@ TEST(Mocapctl, DrawsEachMarkerWithItsLabelAndRefusesAnotherFile) {
   EXPECT_EQ(nowhere.exit, 73);
   EXPECT_THAT(nowhere.out, HasSubstr("/nowhere/set.svg"));
   EXPECT_THAT(nowhere.out, HasSubstr("No such file or directory"));
+}
+
+TEST(Mocapctl, DrawsIntoAPipeAndIntoTheFileBehindALink) {
+  const support::TemporaryFolder folder;
+  const std::string draw = "subject draw " + (kConfig / "markersets/baseline41.toml").string() + " --out ";
+  folder.write("real.svg", "");
+  fs::create_symlink("real.svg", folder.path() / "link.svg");
+
+  const Ended piped = run(draw + "/dev/stdout | cat");
+  const Ended linked = run(draw + (folder.path() / "link.svg").string());
+
+  EXPECT_THAT(piped.out, HasSubstr(">HeadTop<"));
+  EXPECT_EQ(linked.exit, 0) << linked.out;
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "link.svg"));
+  EXPECT_THAT(text_of(folder.path() / "real.svg"), HasSubstr(">HeadTop<"));
+  EXPECT_EQ(run(draw + folder.path().string()).exit, 73);
+}
+
+TEST(Mocapctl, WaitsForALearntMaskAsLongAsIsAsked) {
+  // The kernel connects, but nobody answers. Without the option the wait is 30 s.
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(listener, 10), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const std::string port = std::to_string(ntohs(address.sin_port));
+
+  const Ended asked = run("mask learn --timeout-s 0.2 --endpoint tcp://127.0.0.1:" + port, "timeout 25 ");
+
+  EXPECT_EQ(asked.exit, 69) << asked.out;  // 124: of timeout
+  EXPECT_THAT(run("mask learn --help").out, HasSubstr("default: depends on"));
+  ::close(listener);
 }
 
 }  // namespace mocapctl_test

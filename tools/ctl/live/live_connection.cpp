@@ -39,13 +39,17 @@ Result<v1::Answer, LiveFailure> ask_once(wire::ControlClient& client, const Cont
   return answer;
 }
 
-void add_connection_options(cli::App& command, LiveOptions& options) {
+void add_endpoint_options(cli::App& command, LiveOptions& options) {
   command.add_option("--endpoint", options.endpoint, "the daemon's control endpoint")->capture_default_str();
   cli::add_key_options(command, options.keys);
+  command.add_flag("--json", options.json, "print the answer as JSON");
+}
+
+void add_connection_options(cli::App& command, LiveOptions& options) {
+  add_endpoint_options(command, options);
   command.add_option("--timeout-s", options.timeout_s, "longest wait for the answer")
       ->check(cli::Range(0.1, 600.0))
       ->capture_default_str();
-  command.add_flag("--json", options.json, "print the answer as JSON");
 }
 
 }  // namespace mocap::ctl

@@ -24,6 +24,9 @@ Result<v1::Answer, LiveFailure> ask_once(wire::ControlClient& client, const Cont
 
 int exit_code_of(v1::Code code);
 
+/// Adds the options of the connection, and --json, except --timeout-s.
+void add_endpoint_options(cli::App& command, LiveOptions& options);
+
 /// Adds the options of the connection, and --json.
 void add_connection_options(cli::App& command, LiveOptions& options);
 

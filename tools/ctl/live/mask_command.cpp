@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -17,6 +16,8 @@ namespace mocap::ctl {
 namespace {
 
 constexpr double kAnswerMargin_s = 10.0;  // the daemon saves the masks and loads its configuration anew
+
+double longest_wait_s(std::uint32_t images) { return to_s(longest_learning(images)) + kAnswerMargin_s; }
 
 int fail_mask(const std::string& why, int code) {
   fmt::print(stderr, "mocapctl: {}\n", why);
@@ -108,13 +109,18 @@ void add_learn(cli::App& mask, LiveOptions& options) {
   learn->examples(
       "  mocapctl mask learn\n"
       "  mocapctl mask learn --camera north-east --images 500");
-  add_connection_options(*learn, options);
+  add_endpoint_options(*learn, options);
+  const cli::Option* const timeout =
+      learn
+          ->add_option("--timeout-s", options.timeout_s,
+                       fmt::format("longest wait for the answer; default: depends on --images, {:.0f} s for {}",
+                                   longest_wait_s(kDefaultMaskImages), kDefaultMaskImages))
+          ->check(cli::Range(0.1, 600.0));
   learn->add_option("--camera", options.request.name, "only this camera");
   learn->add_option("--images", options.request.images, "number of images of each camera; default 100")
       ->check(cli::Range(10, 10000));
-  learn->callback([&options] {
-    const double longest_s = to_s(longest_learning(options.request.images)) + kAnswerMargin_s;
-    options.timeout_s = std::max(options.timeout_s, longest_s);
+  learn->callback([&options, timeout] {
+    if (!*timeout) options.timeout_s = longest_wait_s(options.request.images);
     options.run = [&options] { return ask_about_masks(options, ControlAction::LearnMask); };
   });
 }
