@@ -41,8 +41,7 @@ constexpr Duration kClosePatience = std::chrono::milliseconds(250);
 // Time from the arrival of a packet to the time stamp that Aravis's receive thread takes: the wake-up of a thread on an
 // idle Linux machine (decisions/0008).
 constexpr Duration kWaking = std::chrono::microseconds(40);
-// A software trigger waits this long, and its exposure, for its image: longer than the transfer of an image of 4 MB at
-// 100 Mbit/s, and shorter than the default of silent_after_ms, after which the camera is reopened.
+// A software trigger waits this long, and its exposure, for its image; silent_after_ms (500) would reopen the camera.
 constexpr Duration kTriggerAgain = std::chrono::milliseconds(400);
 // Longest transfer of an image, first byte to last byte. Design value.
 constexpr Duration kLongestWay = std::chrono::seconds(1);
