@@ -19,6 +19,12 @@ TEST(Shown, KeepsOtherText) {
   EXPECT_EQ(shown(""), "");
 }
 
+TEST(ShownLines, KeepsTheLinesOfAMessage) {
+  EXPECT_EQ(shown_lines("2 faults\n  a\x1b[2J\n  b"), "2 faults\n  a [2J\n  b");
+  EXPECT_EQ(shown_lines("one\n"), "one\n");
+  EXPECT_EQ(shown_lines(""), "");
+}
+
 TEST(Shown, IsCutBetweenTwoCharacters) {
   EXPECT_EQ(shown("J\u00fcrgen", 3), "J\u00fc");
   EXPECT_EQ(shown("J\u00fcrgen", 2), "J");

@@ -22,7 +22,7 @@ namespace {
 using nlohmann::ordered_json;
 
 int fail(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", cli::shown(error.message));
+  fmt::print(stderr, "mocapctl: {}\n", cli::shown_lines(error.message));
   switch (error.code) {
     case ErrorCode::NotFound: return kExitNoInput;
     case ErrorCode::InvalidArgument:

@@ -15,7 +15,7 @@ Error cannot_read(Error error) {
 }
 
 int report_take_failure(const Error& error) {
-  fmt::print(stderr, "mocapctl: {}\n", cli::shown(error.message));
+  fmt::print(stderr, "mocapctl: {}\n", cli::shown_lines(error.message));
   switch (error.code) {
     case ErrorCode::NotFound: return kExitNoInput;
     case ErrorCode::Io: return kExitCannotWrite;

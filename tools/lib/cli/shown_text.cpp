@@ -22,4 +22,13 @@ std::string shown(std::string_view text, std::size_t bytes) {
   return clean.substr(0, bytes);
 }
 
+std::string shown_lines(std::string_view text) {
+  std::string lines;
+  for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+    lines += shown(text.substr(0, end)) + '\n';
+    text.remove_prefix(end + 1);
+  }
+  return lines + shown(text);
+}
+
 }  // namespace mocap::cli

@@ -10,4 +10,7 @@ namespace mocap::cli {
 /// text cannot move the cursor or give the terminal an order. At most `bytes` of it, and no part of a character.
 std::string shown(std::string_view text, std::size_t bytes = std::string::npos);
 
+/// As shown(), for a message of several lines, such as all faults of a configuration: line breaks are kept.
+std::string shown_lines(std::string_view text);
+
 }  // namespace mocap::cli
