@@ -1,7 +1,6 @@
 // Tests of mocap-relay without a server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include "bridges/relay/newest.h"
 #include "bridges/relay/server.h"
 #include "bridges/relay/topics.h"
+#include "support/loopback_listener.h"
 #include "support/temporary_folder.h"
 #include "wire/codec/lite.h"
 
@@ -180,28 +180,15 @@ class RefusingServer {
  public:
   static constexpr int kRefusals = 20'000;
 
-  RefusingServer() {
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof any;
-    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&any), size), 0);
-    EXPECT_EQ(::listen(listener_, 1), 0);
-    EXPECT_EQ(::getsockname(listener_, reinterpret_cast<sockaddr*>(&any), &size), 0);
-    port_ = std::to_string(ntohs(any.sin_port));
-    thread_ = std::thread([this] { serve(); });
-  }
+  RefusingServer() : thread_([this] { serve(); }) {}
   RefusingServer(const RefusingServer&) = delete;
   RefusingServer& operator=(const RefusingServer&) = delete;
-  ~RefusingServer() {
-    thread_.join();
-    ::close(listener_);
-  }
-  const std::string& port() const { return port_; }
+  ~RefusingServer() { thread_.join(); }
+  std::string port() const { return std::to_string(listener_.port()); }
 
  private:
   void serve() const {
-    const int client = ::accept(listener_, nullptr, nullptr);
+    const int client = listener_.accept();
     const auto send = [&](std::string_view text) { ::send(client, text.data(), text.size(), MSG_NOSIGNAL); };
     send("INFO {\"server_id\":\"test\",\"version\":\"2.9.0\",\"proto\":1,\"max_payload\":1048576}\r\n");
     std::string heard;
@@ -220,8 +207,7 @@ class RefusingServer {
     ::close(client);
   }
 
-  int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  std::string port_;
+  support::LoopbackListener listener_;
   std::thread thread_;
 };
 

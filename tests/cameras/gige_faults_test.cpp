@@ -268,17 +268,16 @@ TEST_F(GigeFaults, DoesNotTriggerAgainForAnImageThatWaitsForItsCaller) {
   settings.trigger = "software";
   const auto camera = make_aravis_camera(CameraId{0}, "north", settings);
   ASSERT_TRUE(started(*camera));
-  const Result<Frame> too_early = camera->next(Duration::zero());
+  const Result<Frame> too_early = camera->next(Duration::zero());  // an image only if the machine stalls this thread
 
   // The caller is busy for longer than the image of a trigger is waited for, 0.4 s and the exposure.
   const Timestamp late = host_now() + milliseconds(1200);
   while (host_now() < late || served.sent() == 0) std::this_thread::sleep_for(milliseconds(10));
   const std::optional<Frame> frame = whole_frame(*camera);
 
-  EXPECT_FALSE(too_early);
   EXPECT_TRUE(frame);
   EXPECT_FALSE(served.device().take_software_trigger()) << "a second trigger is pending";
-  EXPECT_EQ(served.sent(), 1U);
+  EXPECT_EQ(served.sent(), too_early ? 2U : 1U);
 }
 
 TEST_F(GigeFaults, TriggersAgainIfAnImageOfASoftwareTriggerNeverComes) {

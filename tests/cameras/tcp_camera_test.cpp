@@ -1,9 +1,7 @@
 #include "cameras/tcp/tcp_camera.h"
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -17,6 +15,7 @@
 #include "base/key_check.h"
 #include "cameras/open_camera.h"
 #include "cameras/tcp/tcp_header.h"
+#include "support/loopback_listener.h"
 
 namespace mocap::cameras {
 namespace tcp_camera_test {
@@ -62,27 +61,15 @@ struct Message {
 // A program that listens on a free port of 127.0.0.1 and sends to one camera.
 class Sender {
  public:
-  Sender() : listening_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    EXPECT_EQ(bind(listening_, reinterpret_cast<const sockaddr*>(&here), size), 0);
-    EXPECT_EQ(listen(listening_, 1), 0);
-    EXPECT_EQ(getsockname(listening_, reinterpret_cast<sockaddr*>(&here), &size), 0);
-    port_ = ntohs(here.sin_port);
-  }
-  ~Sender() {
-    hang_up();
-    stop_listening();
-  }
+  Sender() = default;
+  ~Sender() { hang_up(); }
   Sender(const Sender&) = delete;
   Sender& operator=(const Sender&) = delete;
 
-  int port() const { return port_; }
+  int port() const { return listener_.port(); }
   void accept_camera() {
     hang_up();
-    connection_ = accept(listening_, nullptr, nullptr);
+    connection_ = listener_.accept();
     EXPECT_GE(connection_, 0);
   }
   void send_bytes(std::span<const std::byte> bytes) const {
@@ -92,14 +79,11 @@ class Sender {
   void hang_up() {
     if (connection_ >= 0) close(std::exchange(connection_, -1));
   }
-  void stop_listening() {
-    if (listening_ >= 0) close(std::exchange(listening_, -1));
-  }
+  void stop_listening() { listener_.close(); }
 
  private:
-  int listening_;
+  support::LoopbackListener listener_;
   int connection_ = -1;
-  int port_ = 0;
 };
 
 TcpSettings small_images(int port) {

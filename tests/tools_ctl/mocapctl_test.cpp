@@ -1,9 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -14,6 +11,7 @@
 #include <string>
 
 #include "settings/daemon_settings.h"
+#include "support/loopback_listener.h"
 #include "support/places.h"
 #include "support/shell.h"
 #include "support/temporary_folder.h"
@@ -236,22 +234,14 @@ TEST(Mocapctl, DrawsIntoAPipeAndIntoTheFileBehindALink) {
 }
 
 TEST(Mocapctl, WaitsForALearntMaskAsLongAsIsAsked) {
-  // The kernel connects, but nobody answers. Without the option the wait is 30 s.
-  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), size), 0);
-  ASSERT_EQ(::listen(listener, 10), 0);
-  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  const std::string port = std::to_string(ntohs(address.sin_port));
+  // The kernel connects, but nobody answers. Without the option the wait is over a minute.
+  const support::LoopbackListener nobody;
+  const std::string port = std::to_string(nobody.port());
 
   const Ended asked = run("mask learn --timeout-s 0.2 --endpoint tcp://127.0.0.1:" + port, "timeout 25 ");
 
   EXPECT_EQ(asked.exit, 69) << asked.out;  // 124: of timeout
   EXPECT_THAT(run("mask learn --help").out, HasSubstr("default: depends on"));
-  ::close(listener);
 }
 
 }  // namespace mocapctl_test
