@@ -49,13 +49,6 @@ class Feed:
 
 
 class TakesOnBadDisks(TakesTest):
-    def lossless_config(self, more=""):
-        """A late thread of the daemon works through every set, so that a set that is missing was lost."""
-        path = pathlib.Path(self.config(more))
-        text = path.read_text().replace("[capture]\n", "[capture]\nevery_set = true\n")
-        path.write_text(text.replace("[publish]\n", "[publish]\nevery_snapshot = true\n"))
-        return path
-
     def daemon_on(self, mount, more="", before=""):
         """Starts a daemon that alone sees what the shell command `mount` mounts at the folder `disk`."""
         (self.desk.folder / "disk").mkdir()
@@ -63,7 +56,7 @@ class TakesOnBadDisks(TakesTest):
         if tried.returncode != 0:
             self.skipTest(f"no right to mount: {tried.stderr.strip()}")
         daemon = self.desk.start("/usr/bin/unshare", "--mount", "sh", "-c", f'{mount} && {before} exec "$@"', "sh",
-                                 BIN / "mocapd", "--config", self.lossless_config(f'folder = "disk"\n{more}'))
+                                 BIN / "mocapd", "--config", self.config(f'folder = "disk"\n{more}'))
         self.wait_for_sets(30)
         self.feed = Feed(self)
         until(lambda: self.feed.read().numbers, "a snapshot")
