@@ -52,18 +52,31 @@ def until(holds, what, timeout_s=120):
     return value
 
 
-def synthetic_volume(endpoint):
-    """Returns a configuration with one actor and four synthetic cameras, which need no network."""
+# For a machine with other load. The queue to a take has 32 snapshots in any case.
+LONG_QUEUES = """
+[queues]
+camera_frames = 512
+publish_snapshots = 512
+side_snapshots = 512
+"""
+
+
+def synthetic_volume(endpoint, lossless=False):
+    """Returns a configuration with one actor and four synthetic cameras, which need no network. `lossless`: a thread of the
+    daemon that is late works through every set, so that a set that is missing was lost."""
+    every_set, every_snapshot, queues = ("every_set = true", "every_snapshot = true", LONG_QUEUES) if lossless else ("",) * 3
     marker_set = SOURCE / "config/markersets/openmocap18.toml"
     return f"""
 [capture]
 rig = "{SOURCE}/config/demo.rig.toml"
+{every_set}
 [[subject]]
 name = "actor"
 marker_set = "{marker_set}"
 [publish]
 endpoint = "{endpoint}"
-""" + "".join(f"""
+{every_snapshot}
+{queues}""" + "".join(f"""
 [[camera]]
 name = "cam{number}"
 driver = "synthetic"

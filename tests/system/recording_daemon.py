@@ -9,7 +9,7 @@ import threading
 import tomllib
 
 from feed_client import Operator, control_pb2, snapshot_pb2
-from harness import SOURCE
+from harness import LONG_QUEUES, SOURCE
 
 CONFIG = """
 [capture]
@@ -22,11 +22,6 @@ every_snapshot = true
 send_queue = 1000
 velocities = true
 
-[queues]  # nothing is dropped on a machine with other load
-camera_frames = 512
-publish_snapshots = 512
-side_snapshots = 512
-
 [detect]
 threshold = {threshold}
 
@@ -34,6 +29,7 @@ threshold = {threshold}
 min_free_mb = 1
 before_s = 1
 
+{queues}
 [[subject]]
 name = "actor"
 marker_set = "{source}/config/markersets/openmocap18.toml"
@@ -88,7 +84,7 @@ class RecordingDaemon:
         self.write_config(60)
 
     def write_config(self, threshold):
-        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint, threshold=threshold)
+        text = CONFIG.format(source=SOURCE, endpoint=self.desk.endpoint, queues=LONG_QUEUES, threshold=threshold)
         text += "".join(CAMERA.format(source=SOURCE, number=number) for number in range(1, 5))
         self.desk.write("mocapd.part", text).rename(self.config)
 

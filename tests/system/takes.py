@@ -5,15 +5,6 @@ import unittest
 
 from harness import Desk, synthetic_volume, until
 
-# A thread of the daemon that is late works through every set, so that a set that is missing was lost.
-LOSSLESS = {"[capture]\n": "[capture]\nevery_set = true\n", "[publish]\n": "[publish]\nevery_snapshot = true\n"}
-QUEUES = """
-[queues]  # nothing is dropped on a machine with other load
-camera_frames = 512
-publish_snapshots = 512
-side_snapshots = 512
-"""
-
 
 class TakesTest(unittest.TestCase):
     def setUp(self):
@@ -23,10 +14,8 @@ class TakesTest(unittest.TestCase):
         self.control = f"{host}:{int(port) + 1}"
 
     def config(self, more=""):
-        text = synthetic_volume(self.desk.endpoint)
-        for table, lossless in LOSSLESS.items():
-            text = text.replace(table, lossless)
-        return self.desk.write("mocapd.toml", f"{text}{QUEUES}\n[takes]\nmin_free_mb = 1\n{more}\n")
+        text = synthetic_volume(self.desk.endpoint, lossless=True)
+        return self.desk.write("mocapd.toml", f"{text}\n[takes]\nmin_free_mb = 1\n{more}\n")
 
     def daemon(self, more=""):
         daemon = self.desk.start("mocapd", "--config", self.config(more))
