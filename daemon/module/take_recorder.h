@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/time.h"
@@ -32,24 +33,26 @@ class TakeRecorder {
   virtual void keep(const Belief& belief) = 0;
   /// A subject was fitted. The fit applies from the next snapshot on.
   virtual void learn(const SubjectFit& fit) = 0;
-  /// Images that were dropped before they reached the recorder, since the start.
-  virtual void count_dropped_images(std::uint64_t total) = 0;
+  /// Images and sets that were dropped before they reached the recorder, since the last call.
+  virtual void count_dropped(std::uint64_t images, std::uint64_t sets) = 0;
 
   /// Another configuration is in force from now on. A take of the same cameras goes on; another one ends. `files`: what
   /// each later take carries. For the intake thread, or while it does not run.
   virtual void describe(const Description& description, std::vector<TakeFile> files, Timestamp now) = 0;
 
   // For the disk thread.
-  virtual void follow(const TakeOrder& order, Timestamp now) = 0;
+  virtual void follow(const TakeOrder& order) = 0;
   /// The state of the source of timecode, by which a take may start.
   virtual void set_timecode(const TimecodeHealth& timecode, Timestamp now) = 0;
-  /// Writes what waits, and starts and ends takes that are due. May wait for the disk.
-  virtual void work(Timestamp now) = 0;
+  /// Writes what waits, and starts and ends takes that are due; a call that ends a take starts none. May wait for the
+  /// disk. Returns whether the next call starts a take.
+  virtual bool work(Timestamp now) = 0;
   /// The next answer to an order, if there is one.
   virtual std::optional<TakeDone> next_answer() = 0;
   virtual TakeHealth health() const = 0;
-  /// Ends a take that is in progress. The last call.
-  virtual void finish(Timestamp now) = 0;
+  /// Ends a take that is in progress; one that waits does not start. `why`: why it ends early; empty: the daemon ends.
+  /// The last call.
+  virtual void finish(Timestamp now, const std::string& why) = 0;
 };
 
 }  // namespace mocap

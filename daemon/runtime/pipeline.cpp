@@ -40,7 +40,7 @@ Pipeline::Pipeline(PipelineSettings settings, PipelineParts parts)
   start_timecode(std::move(parts.timecode));
   set_ptp(parts.ptp);
   if (!parts.writers.empty()) {
-    to_side_ = std::make_unique<SnapshotChannel>(at_least_one(settings_.side_queue_snapshots));
+    to_side_ = std::make_unique<SnapshotChannel>(side_queue());
     side_worker_ =
         std::make_unique<SideWorker>(std::move(parts.writers), settings_.lossless, *to_side_, side_counters_);
   }

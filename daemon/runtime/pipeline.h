@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -171,6 +173,7 @@ class Pipeline {
   std::vector<const StreamCounters*> borrow_streams() const;
   CameraWorkerSettings camera_settings(std::size_t camera) const;
   std::unique_ptr<CameraChannel> make_channel();
+  std::size_t side_queue() const { return std::max<std::size_t>(settings_.side_queue_snapshots, 1); }
   FusionWorker::Links fusion_links();
   PublishWorker::Links publish_links();
   ControlWorker::Links control_links();

@@ -49,7 +49,9 @@ Status Pipeline::change(PipelineChange change) {
   start_fusion();
   removed_.clear();
   for (const auto& file : std::exchange(ended_files_, {})) file->finish();
-  if (const auto ended = std::exchange(ended_takes_, nullptr)) ended->finish();
+  if (const auto ended = std::exchange(ended_takes_, nullptr)) {
+    ended->finish(take_worker_ ? "a reload changed [takes]" : "the configuration in force records no takes");
+  }
   if (changed) start_control();
   return changed;
 }
@@ -222,8 +224,11 @@ void Pipeline::change_row(PipelineChange& change) {
 void Pipeline::change_takes(PipelineChange& change) {
   stop_take_intake();
   if (change.takes_continue) {
-    if (take_worker_) take_worker_->change(description_, std::move(change.take_files), borrow_channels());
-    return;
+    if (!take_worker_) return;
+    if (to_takes_->snapshots.capacity() != side_queue()) {
+      to_takes_ = std::make_unique<SnapshotChannel>(side_queue());
+    }
+    return take_worker_->change(description_, std::move(change.take_files), borrow_channels(), *to_takes_);
   }
   stop_take_disk();
   ended_takes_ = std::move(take_worker_);
@@ -231,10 +236,9 @@ void Pipeline::change_takes(PipelineChange& change) {
 }
 
 void Pipeline::change_side(PipelineChange& change) {
-  const std::size_t queue = std::max<std::size_t>(settings_.side_queue_snapshots, 1);
   const bool writes = side_worker_ || !change.writers.empty();
-  if (writes && (!to_side_ || to_side_->snapshots.capacity() != queue)) {
-    to_side_ = std::make_unique<SnapshotChannel>(queue);
+  if (writes && (!to_side_ || to_side_->snapshots.capacity() != side_queue())) {
+    to_side_ = std::make_unique<SnapshotChannel>(side_queue());
   }
   if (!writes) return;
   if (!side_worker_) {

@@ -1,5 +1,4 @@
 // The part of Pipeline that starts and stops its threads.
-#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -7,13 +6,6 @@
 #include "runtime/ptp_worker.h"
 
 namespace mocap::runtime {
-namespace {
-
-// Snapshots that wait for the intake of takes: 0.25 s at 120 Hz; 0.5 MB each.
-constexpr std::size_t kTakeSnapshots = 32;
-
-}  // namespace
-
 void Pipeline::start_camera(std::size_t camera) {
   CameraUnit& unit = cameras_[camera];
   unit.worker->resume();
@@ -110,10 +102,11 @@ void Pipeline::set_takes(std::unique_ptr<TakeRecorder> recorder) {
   to_takes_.reset();
   beliefs_.reset();
   if (!recorder) return;
-  to_takes_ = std::make_unique<SnapshotChannel>(kTakeSnapshots);
+  to_takes_ = std::make_unique<SnapshotChannel>(side_queue());
   beliefs_ = std::make_unique<SpscQueue<Belief>>(1);
-  take_worker_ = std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, *beliefs_,
-                                              take_channel_, timecode_channel_, wake_take_, audit_);
+  const TakeWorker::Links links{*beliefs_,  take_channel_, timecode_channel_, fusion_counters_.dropped_take_full,
+                                wake_take_, audit_};
+  take_worker_ = std::make_unique<TakeWorker>(std::move(recorder), borrow_channels(), *to_takes_, links);
 }
 
 void Pipeline::start_takes() {

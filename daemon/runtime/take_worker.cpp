@@ -1,5 +1,6 @@
 #include "runtime/take_worker.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "runtime/control/audit_orders.h"
@@ -23,22 +24,31 @@ bool is_open(TakeState state) { return state == TakeState::Waiting || state == T
 
 }  // namespace
 
-TakeWorker::TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras,
-                       SnapshotChannel& snapshots, SpscQueue<Belief>& beliefs, TakeChannel& channel,
-                       TimecodeChannel& timecode, WakeSignal& wake, AuditTrail* audit)
+TakeWorker::TakeWorker(std::unique_ptr<TakeRecorder> recorder, const std::vector<CameraChannel*>& cameras,
+                       SnapshotChannel& snapshots, const Links& links)
     : recorder_(std::move(recorder)),
-      cameras_(std::move(cameras)),
-      snapshots_(snapshots),
-      beliefs_(beliefs),
-      channel_(channel),
-      timecode_(timecode),
-      wake_(wake),
-      audit_(audit) {}
+      snapshots_(&snapshots),
+      dropped_sets_{&links.dropped_sets, links.dropped_sets.read()},
+      beliefs_(links.beliefs),
+      channel_(links.channel),
+      timecode_(links.timecode),
+      wake_(links.wake),
+      audit_(links.audit) {
+  for (CameraChannel* camera : cameras) {
+    const Counter& dropped = camera->counters.dropped_take_full;
+    cameras_.push_back({camera, {&dropped, dropped.read()}});
+  }
+}
 
 void TakeWorker::change(const Description& description, std::vector<TakeFile> files,
-                        std::vector<CameraChannel*> cameras) {
+                        const std::vector<CameraChannel*>& cameras, SnapshotChannel& snapshots) {
   recorder_->describe(description, std::move(files), host_now());
-  cameras_ = std::move(cameras);
+  snapshots_ = &snapshots;
+  const std::vector<Source> before = std::exchange(cameras_, {});
+  for (CameraChannel* camera : cameras) {
+    const auto same = std::ranges::find(before, camera, &Source::camera);
+    cameras_.push_back(same != before.end() ? *same : Source{camera, {&camera->counters.dropped_take_full, 0}});
+  }
 }
 
 void TakeWorker::run_intake(const std::stop_token& stop) {
@@ -53,21 +63,22 @@ void TakeWorker::run_intake(const std::stop_token& stop) {
 
 bool TakeWorker::take_in() {
   bool any = false;
-  std::uint64_t dropped = 0;
-  for (CameraChannel* camera : cameras_) {
-    dropped += camera->counters.dropped_take_full.read();
-    while (const BlobFrame* oldest = camera->to_take->front()) {
+  std::uint64_t dropped_images = 0;
+  for (Source& source : cameras_) {
+    SpscQueue<BlobFrame>& images = *source.camera->to_take;
+    dropped_images += source.dropped.rise();
+    while (const BlobFrame* oldest = images.front()) {
       recorder_->keep(*oldest);
-      camera->to_take->pop();
+      images.pop();
       any = true;
     }
   }
-  recorder_->count_dropped_images(dropped);
-  while (const Snapshot* oldest = snapshots_.snapshots.front()) {
+  recorder_->count_dropped(dropped_images, dropped_sets_.rise());
+  while (const Snapshot* oldest = snapshots_->snapshots.front()) {
     SubjectFit fit;  // is pushed before the first snapshot that uses it
-    while (snapshots_.fits.try_pop(fit)) recorder_->learn(fit);
+    while (snapshots_->fits.try_pop(fit)) recorder_->learn(fit);
     recorder_->keep(*oldest);
-    snapshots_.snapshots.pop();
+    snapshots_->snapshots.pop();
     any = true;
   }
   while (const Belief* oldest = beliefs_.front()) {
@@ -89,34 +100,41 @@ void TakeWorker::run_disk(const std::stop_token& stop) {
     TimecodeHealth timecode;
     while (timecode_.to_takes.try_pop(timecode)) recorder_->set_timecode(timecode, host_now());
     follow_orders();
-    recorder_->work(host_now());
+    const bool starts = recorder_->work(host_now());
     report(host_now());
     note_takes();
     pass_answers();
     tell_changes();
-    const bool busy = is_open(reported_);
-    channel_.ordered.wait(ticket, busy ? kDiskPeriod : kStopCheckPeriod);
+    if (starts) continue;
+    channel_.ordered.wait(ticket, is_open(reported_) ? kDiskPeriod : kStopCheckPeriod);
   }
 }
 
+// The orders of operators and triggers, in the order in which they came.
 void TakeWorker::follow_orders() {
-  TakeOrder order;
-  while (channel_.orders.try_pop(order)) {
-    remember_actor(order);
-    recorder_->follow(order, host_now());
-  }
-  while (channel_.trigger_orders.try_pop(order)) {
-    const std::uint64_t number = order.number;
-    remember_actor(order);
-    if (audit_ != nullptr) audit_->note(entry_of(order));
-    order.number |= kOfTrigger;
-    recorder_->follow(order, host_now());
-    if (!pass_answers(number)) tell({number, std::nullopt, recorder_->health()});
+  for (;;) {
+    const TakeOrder* operators = channel_.orders.front();
+    const TakeOrder* triggers = channel_.trigger_orders.front();
+    if (operators == nullptr && triggers == nullptr) return;
+    const bool of_trigger = operators == nullptr || (triggers != nullptr && triggers->at < operators->at);
+    TakeOrder order = of_trigger ? *triggers : *operators;
+    (of_trigger ? channel_.trigger_orders : channel_.orders).pop();
+    follow(std::move(order), of_trigger);
   }
 }
 
-void TakeWorker::finish() {
-  recorder_->finish(host_now());
+void TakeWorker::follow(TakeOrder order, bool of_trigger) {
+  remember_actor(order);
+  if (!of_trigger) return recorder_->follow(order);
+  const std::uint64_t number = order.number;
+  if (audit_ != nullptr) audit_->note(entry_of(order));
+  order.number |= kOfTrigger;
+  recorder_->follow(order);
+  if (!pass_answers(number)) tell({number, std::nullopt, recorder_->health()});
+}
+
+void TakeWorker::finish(const std::string& why) {
+  recorder_->finish(host_now(), why);
   note_takes();
 }
 
@@ -126,23 +144,18 @@ void TakeWorker::remember_actor(const TakeOrder& order) {
   if (action == TakeAction::Stop || action == TakeAction::Cancel || action == TakeAction::Next) ender_ = order.by;
 }
 
-// Notes each take that began or ended since the last call. A take that ends by itself is noted as of the daemon: nobody
+// Notes a take that began or ended since the last call. A take that ends by itself is noted as of the daemon: nobody
 // ordered its end.
 void TakeWorker::note_takes() {
   if (audit_ == nullptr) return;
   const TakeHealth take = recorder_->health();
   if (take.state == noted_.state && take.takes == noted_.takes) return;
-  const bool next = take.takes != noted_.takes;
-  // After `take next` the health is that of the next take: the one before was ended.
-  if (next && noted_.state == TakeState::Recording) {
-    noted_.state = TakeState::Ended;
-    noted_.size_bytes = 0;  // unknown: the last look was at its begin
-    audit_->note(entry_of(noted_, ender_));
-  }
   noted_ = take;
   if (take.state == TakeState::None || take.state == TakeState::Waiting) return;
-  audit_->note(entry_of(take, take.state == TakeState::Recording ? starter_ : ender_));
-  starter_ = ender_ = {};
+  const bool began = take.state == TakeState::Recording;
+  audit_->note(entry_of(take, began ? starter_ : ender_));
+  ender_ = {};
+  if (began) starter_ = {};
 }
 
 // Returns whether the trigger's order `awaited` was answered.

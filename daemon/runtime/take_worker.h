@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "base/spsc_queue.h"
@@ -16,6 +18,7 @@
 #include "module/take_recorder.h"
 #include "runtime/camera/camera_worker.h"
 #include "runtime/fusion_worker.h"
+#include "runtime/report/counters.h"
 
 namespace mocap::runtime {
 
@@ -37,11 +40,19 @@ struct TakeChannel {
 /// the feed.
 class TakeWorker {
  public:
-  /// All objects outlive the worker. `wake`: signalled by the camera threads. `audit`: notes takes and the orders of
-  /// triggers; may be null.
-  TakeWorker(std::unique_ptr<TakeRecorder> recorder, std::vector<CameraChannel*> cameras, SnapshotChannel& snapshots,
-             SpscQueue<Belief>& beliefs, TakeChannel& channel, TimecodeChannel& timecode, WakeSignal& wake,
-             AuditTrail* audit = nullptr);
+  /// What the worker shares with other threads.
+  struct Links {
+    SpscQueue<Belief>& beliefs;
+    TakeChannel& channel;
+    TimecodeChannel& timecode;
+    const Counter& dropped_sets;  ///< sets that the fusion thread dropped at the full queue
+    WakeSignal& wake;             ///< signalled by the camera threads
+    AuditTrail* audit = nullptr;  ///< notes takes and the orders of triggers; may be null
+  };
+
+  /// All objects outlive the worker.
+  TakeWorker(std::unique_ptr<TakeRecorder> recorder, const std::vector<CameraChannel*>& cameras,
+             SnapshotChannel& snapshots, const Links& links);
 
   /// The loop of the intake thread; returns when stopped and the queues are empty.
   void run_intake(const std::stop_token& stop);
@@ -49,24 +60,42 @@ class TakeWorker {
   void run_disk(const std::stop_token& stop);
 
   /// Continues with another configuration. Call while the intake thread does not run.
-  void change(const Description& description, std::vector<TakeFile> files, std::vector<CameraChannel*> cameras);
-  /// Ends a take in progress. Call while no thread runs; the last call.
-  void finish();
+  void change(const Description& description, std::vector<TakeFile> files, const std::vector<CameraChannel*>& cameras,
+              SnapshotChannel& snapshots);
+  /// Ends a take in progress. `why`: the reason; empty: the daemon ends. Call while no thread runs; the last call.
+  void finish(const std::string& why = {});
   /// Tells the trigger thread of another take, or another state of the take. Disk thread, or while it does not run.
   void tell_changes();
 
  private:
+  // A counter of the pipeline, and its value when it was last looked at.
+  struct Watched {
+    const Counter* counter;
+    std::uint64_t seen;
+
+    std::uint64_t rise() {
+      const std::uint64_t now = counter->read();
+      return now - std::exchange(seen, now);
+    }
+  };
+  struct Source {
+    CameraChannel* camera;
+    Watched dropped;
+  };
+
   bool take_in();
   void report(Timestamp now);
   void follow_orders();
+  void follow(TakeOrder order, bool of_trigger);
   bool pass_answers(std::uint64_t awaited = 0);
   void tell(TakeNews news);
   void remember_actor(const TakeOrder& order);
   void note_takes();
 
   std::unique_ptr<TakeRecorder> recorder_;
-  std::vector<CameraChannel*> cameras_;
-  SnapshotChannel& snapshots_;
+  std::vector<Source> cameras_;
+  SnapshotChannel* snapshots_;
+  Watched dropped_sets_;
   SpscQueue<Belief>& beliefs_;
   TakeChannel& channel_;
   TimecodeChannel& timecode_;
@@ -79,7 +108,7 @@ class TakeWorker {
   };
   std::optional<Told> told_;  // to the trigger thread
   AuditTrail* audit_;
-  AuditActor starter_, ender_;  // of the last orders to begin and to end a take, until it began or ended
+  AuditActor starter_, ender_;  // of the last orders to begin and to end a take, until the log has them
   TakeHealth noted_;
 };
 

@@ -34,8 +34,10 @@ void TriggerWorker::run(const std::stop_token& stop) {
     hear_news();
     if (ended) return;
     if (const auto datagram = parts_.port->next(takes_.news_came.number(), kStopCheckPeriod)) {
-      TriggerActions actions = parts_.desk->receive(*datagram, host_now());
+      const Timestamp came_at = host_now();
+      TriggerActions actions = parts_.desk->receive(*datagram, came_at);
       if (actions.order) actions.order->by = {.name = "trigger", .address = text_of(datagram->peer)};
+      if (actions.order) actions.order->at = came_at;
       execute(std::move(actions));
     }
   }

@@ -95,6 +95,16 @@ Status check(const TakeInfo& info) {
   return {};
 }
 
+std::string plain_text(const std::string& text) {
+  const std::string valid = wire::valid_utf8(text);
+  std::string plain;
+  for (std::size_t i = 0; i < valid.size(); ++i) {
+    if (valid.compare(i, 2, "\r\n") == 0) continue;
+    plain += is_plain({&valid[i], 1}, true) ? valid[i] : ' ';
+  }
+  return plain;
+}
+
 mcap::Metadata encode(const TakeInfo& info) {
   mcap::Metadata metadata{kTakeMetadata, info.others};
   mcap::Texts& texts = metadata.texts;

@@ -45,6 +45,10 @@ inline constexpr std::size_t kMaxInfo_bytes = 12 * 1024;
 /// kMaxInfo_bytes, or if the rating is out of range.
 Status check(const TakeInfo& info);
 
+/// A text of others as notes of a take: bytes that are not UTF-8 become '?', CR LF a newline, and each other control
+/// character a space.
+std::string plain_text(const std::string& text);
+
 mcap::Metadata encode(const TakeInfo& info);
 
 /// Bytes that are not UTF-8, of versions that did not check the texts, become '?'. Fails with InvalidArgument if a

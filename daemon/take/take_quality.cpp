@@ -88,6 +88,12 @@ void judge_subject(const QualityReport& report, const SubjectFigures& subject, R
   }
 }
 
+// Why sets were lost, as far as it is known.
+std::string cause_of(const QualityReport& report) {
+  if (report.dropped_sets == 0) return {};
+  return fmt::format(", {} because the recorder was late ([queues] side_snapshots)", report.dropped_sets);
+}
+
 void judge(QualityReport& report) {
   Reasons reasons;
   if (report.sets == 0) {
@@ -97,7 +103,7 @@ void judge(QualityReport& report) {
   }
   const std::uint64_t all = report.sets + report.lost_sets;
   reasons.most(share(report.lost_sets, all), 0.0, kBadLostShare,
-               fmt::format("{} of {} sets lost", report.lost_sets, all));
+               fmt::format("{} of {} sets lost{}", report.lost_sets, all, cause_of(report)));
   if (report.lost_images > 0) {
     reasons.least(0.5, 1.0, 0.0, fmt::format("the disk was too slow for {} images", report.lost_images));
   }
@@ -196,6 +202,7 @@ QualityReport TakeMeter::figures() const {
   report.seconds = 1e-9 * static_cast<double>(last_at_ns_ - first_at_ns_);
   report.sets = sets_;
   report.lost_sets = lost_sets_;
+  report.dropped_sets = dropped_sets_;
   report.lost_images = lost_images_;
   report.residual_px = residuals_ == 0 ? 0.0 : residual_sum_px_ / static_cast<double>(residuals_);
   report.cameras = cameras_;

@@ -39,9 +39,10 @@ struct QualityReport {
   std::vector<std::string> reasons;  ///< the worst first; empty: good
   double seconds = 0.0;
   std::uint64_t sets = 0;
-  std::uint64_t lost_sets = 0;    ///< gaps in the numbers of the sets
-  std::uint64_t lost_images = 0;  ///< that the recording could not keep
-  double residual_px = 0.0;       ///< mean of the measured markers
+  std::uint64_t lost_sets = 0;     ///< gaps in the numbers of the sets
+  std::uint64_t dropped_sets = 0;  ///< of lost_sets: at the full queue to the recorder
+  std::uint64_t lost_images = 0;   ///< that the recording could not keep
+  double residual_px = 0.0;        ///< mean of the measured markers
   double longest_gap_s = 0.0;
   std::vector<SubjectFigures> subjects;
   std::vector<CameraFigures> cameras;
@@ -68,7 +69,11 @@ class TakeMeter {
   /// In force from the next snapshot on. Figures of subjects and cameras of the same name go on.
   void describe(const Description& description);
   void add(const v1::Snapshot& snapshot);
-  void set_lost_images(std::uint64_t images) { lost_images_ = images; }
+  /// What the recording could not keep so far.
+  void set_lost(std::uint64_t images, std::uint64_t sets) {
+    lost_images_ = images;
+    dropped_sets_ = sets;
+  }
 
   QualityReport report() const;
 
@@ -93,7 +98,7 @@ class TakeMeter {
   std::vector<Subject> subjects_;      // all of the take
   std::vector<std::size_t> by_index_;  // of the description in force, in subjects_
   std::vector<CameraFigures> cameras_;
-  std::uint64_t sets_ = 0, lost_sets_ = 0, lost_images_ = 0;
+  std::uint64_t sets_ = 0, lost_sets_ = 0, dropped_sets_ = 0, lost_images_ = 0;
   std::uint64_t last_number_ = 0;
   std::int64_t first_at_ns_ = 0, last_at_ns_ = 0;
   double residual_sum_px_ = 0.0;

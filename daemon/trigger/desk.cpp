@@ -211,6 +211,7 @@ class Desk final : public TriggerDesk {
     if (found == pending_.end()) return;
     const Caller caller = found->second;
     MOCAP_EXPECTS(news.done.has_value() || news.take.has_value());
+    if (!news.done && caller.request.verb == Verb::Start) return;  // begins when the take in progress has ended
     if (!news.done) return hear_of_stop(caller, *news.take);
     pending_.erase(found);
     const bool waits =

@@ -24,11 +24,15 @@ class ScriptedRecorder final : public TakeRecorder {
   void keep(const Health&) override {}
   void keep(const Belief&) override {}
   void learn(const SubjectFit&) override {}
-  void count_dropped_images(std::uint64_t) override {}
+  void count_dropped(std::uint64_t images, std::uint64_t sets) override {
+    dropped_images += images;
+    dropped_sets += sets;
+  }
   void describe(const Description&, std::vector<TakeFile>, Timestamp) override {}
   void set_timecode(const TimecodeHealth&, Timestamp) override {}
 
-  void follow(const TakeOrder& order, Timestamp) override {
+  void follow(const TakeOrder& order) override {
+    followed.push_back(order.number);
     if (order.action == TakeAction::Stop && take_.state == TakeState::Recording) {
       stopped_by_ = order.number;
       return;
@@ -37,11 +41,12 @@ class ScriptedRecorder final : public TakeRecorder {
     if (starts) begin(order.name);
     answers_.push_back({order.number, starts ? TakeOutcome::Done : TakeOutcome::Failed, order.name});
   }
-  void work(Timestamp) override {
-    if (stopped_by_ == 0) return;
+  bool work(Timestamp) override {
+    if (stopped_by_ == 0) return false;
     take_.state = TakeState::Ended;
     answers_.push_back({stopped_by_, TakeOutcome::Done, "ended"});
     stopped_by_ = 0;
+    return false;
   }
   std::optional<TakeDone> next_answer() override {
     if (answers_.empty()) return std::nullopt;
@@ -50,9 +55,12 @@ class ScriptedRecorder final : public TakeRecorder {
     return answer;
   }
   TakeHealth health() const override { return take_; }
-  void finish(Timestamp) override {
+  void finish(Timestamp, const std::string&) override {
     if (take_.state == TakeState::Recording) take_.state = TakeState::Ended;
   }
+
+  std::uint64_t dropped_images = 0, dropped_sets = 0;
+  std::vector<std::uint64_t> followed;  // numbers of orders
 
  private:
   void begin(const std::string& name) {
@@ -105,7 +113,12 @@ class TakeWorkerTest : public testing::Test {
   SpscQueue<Belief> beliefs{1};
   TakeChannel channel;
   TimecodeChannel timecode;
-  TakeWorker worker{std::make_unique<ScriptedRecorder>(), {}, snapshots, beliefs, channel, timecode, wake};
+  Counter dropped_sets;
+  ScriptedRecorder* recorder = new ScriptedRecorder;
+  TakeWorker worker{std::unique_ptr<TakeRecorder>(recorder),
+                    {},
+                    snapshots,
+                    {beliefs, channel, timecode, dropped_sets, wake, nullptr}};
   std::jthread disk;
 };
 
@@ -136,7 +149,9 @@ TEST(TakeWorkerAudit, NotesWhoBeganAndEndedATakeAndTheEndThatNobodyOrdered) {
   TakeChannel channel;
   TimecodeChannel timecode;
   NotedTakes audit;
-  TakeWorker worker(std::make_unique<ScriptedRecorder>(), {}, snapshots, beliefs, channel, timecode, wake, &audit);
+  Counter dropped_sets;
+  TakeWorker worker(std::make_unique<ScriptedRecorder>(), {}, snapshots,
+                    {beliefs, channel, timecode, dropped_sets, wake, &audit});
   std::jthread disk([&](const std::stop_token& stop) { worker.run_disk(stop); });
   const auto order = [&](SpscQueue<TakeOrder>& queue, TakeAction action, const char* who, std::size_t noted) {
     ASSERT_TRUE(queue.try_push({.number = 1, .action = action, .by = {.name = who}}));
@@ -203,6 +218,51 @@ TEST_F(TakeWorkerTest, KeepsNoNewsWithoutATrigger) {
 
   EXPECT_EQ(next_answer().outcome, TakeOutcome::Done);
   EXPECT_EQ(channel.news.size(), 0U);
+}
+
+TEST_F(TakeWorkerTest, FollowsTheOrdersOfOperatorsAndTriggersAsTheyCame) {
+  const auto push = [](SpscQueue<TakeOrder>& queue, std::uint64_t number, std::int64_t at_ns) {
+    ASSERT_TRUE(queue.try_push({.number = number, .action = TakeAction::Start, .at = from_ns(at_ns)}));
+  };
+  push(channel.orders, 1, 10);
+  push(channel.orders, 2, 40);
+  push(channel.trigger_orders, 3, 20);
+  push(channel.trigger_orders, 4, 30);
+  start();
+  for (int answers = 0; answers < 2; ++answers) next_answer();  // operators: the first and the last
+  disk.request_stop();
+  disk.join();
+
+  for (std::uint64_t& number : recorder->followed) number &= 7U;
+  EXPECT_EQ(recorder->followed, (std::vector<std::uint64_t>{1, 3, 4, 2}));
+}
+
+// The counters of a camera whose channel is new begin at zero.
+TEST_F(TakeWorkerTest, CountsWhatFullQueuesDroppedAcrossAChangeOfTheCameras) {
+  const auto take_in = [&] {
+    std::stop_source ended;
+    ended.request_stop();
+    worker.run_intake(ended.get_token());
+  };
+  const auto channel_with = [&](std::uint64_t dropped) {
+    auto camera = std::make_unique<CameraChannel>(std::size_t{2}, wake);
+    camera->to_take = std::make_unique<SpscQueue<BlobFrame>>(2);
+    camera->counters.dropped_take_full.add(dropped);
+    return camera;
+  };
+  const auto first = channel_with(5), second = channel_with(3);
+  worker.change({}, {}, {first.get()}, snapshots);
+  dropped_sets.add(2);
+  take_in();
+  take_in();
+  EXPECT_EQ(recorder->dropped_images, 5U);
+  EXPECT_EQ(recorder->dropped_sets, 2U);
+
+  worker.change({}, {}, {second.get(), first.get()}, snapshots);
+  first->counters.dropped_take_full.add(1);
+  take_in();
+
+  EXPECT_EQ(recorder->dropped_images, 5U + 3U + 1U);
 }
 
 TEST_F(TakeWorkerTest, TellsOfTheEndWithTheDaemon) {

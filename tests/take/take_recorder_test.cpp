@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "example_take.h"
 #include "model/search_health.h"
@@ -47,9 +48,13 @@ class Takes : public testing::Test {
   // Just after the exposure of the last set.
   Timestamp now() const { return example_time(next) - Duration(1000); }
 
-  TakeDone order(TakeOrder order) {
+  void follow(TakeOrder order) {
     order.number = ++orders;
-    recorder->follow(order, now());
+    order.at = now();
+    recorder->follow(order);
+  }
+  TakeDone order(const TakeOrder& order) {
+    follow(order);
     recorder->work(now());
     auto answer = recorder->next_answer();
     if (!answer) {
@@ -57,11 +62,17 @@ class Takes : public testing::Test {
       answer = recorder->next_answer();
     }
     if (!answer) return {0, TakeOutcome::Failed, "no answer"};
-    EXPECT_EQ(answer->order, order.number);
+    EXPECT_EQ(answer->order, orders);
     return *std::move(answer);
   }
   TakeDone start(const std::string& name = {}) { return order({.action = TakeAction::Start, .name = name}); }
   TakeDone stop() { return order({.action = TakeAction::Stop}); }
+  // The answer to each order since the last call, by its number.
+  std::map<std::uint64_t, TakeDone> answers() {
+    std::map<std::uint64_t, TakeDone> all;
+    while (auto answer = recorder->next_answer()) all[answer->order] = *std::move(answer);
+    return all;
+  }
 
   std::set<std::uint64_t> sets_of(const std::string& name) const {
     std::set<std::uint64_t> sets;
@@ -224,6 +235,108 @@ TEST_F(Takes, NextGoesOnWithoutAGap) {
   EXPECT_EQ(both, range(2, *both.rbegin() + 1));
 }
 
+// Its order is followed late, because the disk thread waited for the disk.
+TEST_F(Takes, BeginAndEndAtTheInstantsOfTheirOrders) {
+  capture(kSecond);
+  const TakeOrder start{.number = 1, .action = TakeAction::Start, .at = now()};
+  capture(kSecond);
+  const TakeOrder stop{.number = 2, .action = TakeAction::Stop, .at = now()};
+  recorder->follow(start);
+  recorder->follow(stop);
+  capture(2);
+
+  EXPECT_EQ(sets_of("take_001"), range(kSecond, 2 * kSecond));
+}
+
+TEST_F(Takes, StartRightAfterAStop) {
+  ASSERT_EQ(start("walk").outcome, TakeOutcome::Done);
+  capture(kSecond);
+  follow({.action = TakeAction::Stop});
+  follow({.action = TakeAction::Start, .name = "run"});
+  follow({.action = TakeAction::Start, .name = "fall"});
+  capture(kSecond);
+  const auto answered = answers();
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_NE(answered.at(2).message.find("walk.mcap' ended"), std::string::npos) << answered.at(2).message;
+  EXPECT_EQ(answered.at(3).outcome, TakeOutcome::Done) << answered.at(3).message;
+  EXPECT_EQ(answered.at(4).outcome, TakeOutcome::Failed);
+  EXPECT_EQ(sets_of("walk"), range(0, kSecond));
+  EXPECT_EQ(sets_of("run"), range(kSecond, 2 * kSecond));
+}
+
+TEST_F(Takes, ThatAreAboutToStartAreDroppedByAStopOrACancel) {
+  for (const TakeAction action : {TakeAction::Stop, TakeAction::Cancel}) {
+    const std::uint64_t first = orders;
+    ASSERT_EQ(start().outcome, TakeOutcome::Done);
+    capture(kSecond);
+    follow({.action = TakeAction::Next});
+    follow({.action = action});
+    capture(kSecond);
+
+    const auto answered = answers();
+    EXPECT_EQ(answered.at(first + 2).outcome, TakeOutcome::Failed);
+    EXPECT_EQ(answered.at(first + 3).outcome, TakeOutcome::Done);
+    EXPECT_EQ(recorder->health().state, TakeState::Ended);
+  }
+  EXPECT_EQ(sets_of("take_001").size(), kSecond);
+  EXPECT_EQ(sets_of("take_002").size(), kSecond);
+  EXPECT_FALSE(fs::exists(folder / "take_003.mcap"));
+}
+
+TEST_F(Takes, AreKeptIfTheyAreCancelledAfterTheirStop) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  follow({.action = TakeAction::Stop});
+  follow({.action = TakeAction::Cancel});
+  capture(2);
+
+  EXPECT_EQ(answers().at(3).outcome, TakeOutcome::NotFound);
+  EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
+}
+
+TEST_F(Takes, GoOnIfAnOrderForTheNextOneIsWrong) {
+  ASSERT_EQ(start("walk").outcome, TakeOutcome::Done);
+  capture(10);
+  const std::vector<TakeOrder> wrong{
+      {.action = TakeAction::Next, .name = "walk"},
+      {.action = TakeAction::Next, .slate = "a/b"},
+      {.action = TakeAction::Next, .before = settings.before + std::chrono::seconds(1)},
+      {.action = TakeAction::Next, .text = std::string(kMaxInfo_bytes + 1, 'n')},
+      {.action = TakeAction::Next, .at_timecode = Timecode{10, 0, 0, 0, 30}},
+  };
+  for (const TakeOrder& bad : wrong) {
+    EXPECT_EQ(order(bad).outcome, TakeOutcome::Invalid);
+    EXPECT_EQ(recorder->health().state, TakeState::Recording);
+  }
+  capture(10);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_EQ(sets_of("walk"), range(0, 20));
+}
+
+TEST_F(Takes, HaveNotesWithoutControlCharacters) {
+  ASSERT_EQ(order({.action = TakeAction::Start, .text = "prop\tfell\r\ntwice\x1b"}).outcome, TakeOutcome::Done);
+  capture(10);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  EXPECT_EQ(TakeReader::open(folder / "take_001.mcap")->info().notes, "prop fell\ntwice ");
+}
+
+TEST_F(Takes, SayHowManySetsTheRecorderWasLateFor) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  next += 3;
+  recorder->count_dropped(0, 3);
+  capture(kSecond);
+  ASSERT_EQ(stop().outcome, TakeOutcome::Done);
+
+  const std::string reasons(text_of(recorder->health().reasons));
+  EXPECT_NE(reasons.find("3 of 243 sets lost, 3 because the recorder was late ([queues] side_snapshots)"),
+            std::string::npos)
+      << reasons;
+}
+
 TEST_F(Takes, EndAfterTheirLength) {
   ASSERT_EQ(order({.action = TakeAction::Start, .length = std::chrono::seconds(1)}).outcome, TakeOutcome::Done);
   capture(2 * kSecond);
@@ -327,7 +440,7 @@ TEST_F(Takes, HaveTheImagesOfTheirLastSet) {
   last.views.push_back({CameraId{0}, next, Duration(0), 9});
   last.views.push_back({CameraId{1}, late.number, late.exposed_at - example_time(next), 9});
   recorder->keep(last);
-  recorder->follow({.number = 9, .action = TakeAction::Stop}, example_time(next));
+  recorder->follow({.number = 9, .action = TakeAction::Stop, .at = example_time(next)});
   ++next;
   capture(2);
 
@@ -372,7 +485,7 @@ TEST_F(TakesOfSpreadSets, HaveTheImagesOfTheirFirstAndLastSet) {
   capture_spread(kSecond);
   ASSERT_EQ(start().outcome, TakeOutcome::Done);
   capture_spread(kSecond);
-  recorder->follow({.number = 9, .action = TakeAction::Stop}, example_time(next));  // the mean of the last set
+  recorder->follow({.number = 9, .action = TakeAction::Stop, .at = example_time(next)});  // the mean of the last set
   capture_spread(2);
 
   EXPECT_EQ(recorder->health().state, TakeState::Ended);
@@ -413,10 +526,23 @@ TEST_F(Takes, EndWhereTheCamerasChange) {
 TEST_F(Takes, EndWithTheDaemon) {
   ASSERT_EQ(start().outcome, TakeOutcome::Done);
   capture(kSecond);
-  recorder->finish(now());
+  follow({.action = TakeAction::Next});
+  recorder->finish(now(), {});
 
   EXPECT_EQ(recorder->health().state, TakeState::Ended);
   EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
+  EXPECT_EQ(answers().at(2).outcome, TakeOutcome::Failed);
+  EXPECT_FALSE(fs::exists(folder / "take_002.mcap"));
+}
+
+TEST_F(Takes, NameTheReasonIfAnotherRecorderFollows) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  recorder->finish(now(), "a reload changed [takes]");
+
+  EXPECT_EQ(recorder->health().state, TakeState::Failed);
+  EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
+  EXPECT_EQ(TakeReader::open(folder / "take_001.mcap")->info().others.at("ended_early"), "a reload changed [takes]");
 }
 
 // A source of timecode that has `start` at the first set.

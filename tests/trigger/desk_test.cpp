@@ -315,6 +315,19 @@ TEST_F(DeskTest, AttachesASecondStopToTheFirst) {
   EXPECT_THAT(sent_to(kSecond, ended), ElementsAre(completed("walk", "3")));
 }
 
+TEST_F(DeskTest, AnswersAStartThatWaitsForTheEndOfTheTakeBefore) {
+  start_walk();
+  receive(stop_packet("walk", "8"));
+  hear_executing(2, take_in(TakeState::Recording, "walk"));
+  receive(start_packet("run", "9"));
+
+  EXPECT_THAT(hear_executing(3, take_in(TakeState::Recording, "walk")).packets, IsEmpty());
+  hear(2, TakeOutcome::Done, take_in(TakeState::Ended, "walk"));
+  const TriggerActions answered = hear(3, TakeOutcome::Done, take_in(TakeState::Recording, "run", 2));
+
+  EXPECT_THAT(sent_to(kController, answered), ElementsAre(started("run", "9")));
+}
+
 TEST_F(DeskTest, CancelsATake) {
   start_walk();
   const TriggerActions ordered = receive(stop_packet("walk", "8", "CANCEL"));

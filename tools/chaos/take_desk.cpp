@@ -103,7 +103,8 @@ void TakeDesk::order(TakeAction action, Duration before, Timestamp now) {
   if (wire::encode(*received).SerializeAsString() != sent) return note("control", "the decoded request differs");
   received->take.number = ++orders_;
   ++open_orders_;
-  recorder_->follow(received->take, now);
+  received->take.at = now;
+  recorder_->follow(received->take);
   work(now);
 }
 
@@ -118,7 +119,6 @@ void TakeDesk::work(Timestamp now) {
     if (fs::exists(before)) note("take", "a cancelled take is still there");
     return;
   }
-  // After `take next` the health is that of the next take: the one before was stopped, or ended early.
   check_ended(before, health.state == TakeState::Ended);
 }
 
@@ -133,7 +133,7 @@ void TakeDesk::finish(Timestamp now) {
   free_disk();
   work(now);
   const fs::path open = std::exchange(open_take_, {});
-  recorder_->finish(now);
+  recorder_->finish(now, {});
   follow_answers();
   if (open_orders_ != 0) note("take", fmt::format("{} orders have no answer", open_orders_));
   if (!open.empty()) check_ended(open, recorder_->health().state == TakeState::Ended);

@@ -18,6 +18,7 @@ enum class TakeAction { Start, Stop, Cancel, Mark, Next, ListShots, ImportShots,
 struct TakeOrder {
   std::uint64_t number = 0;  ///< of the order; its answer has the same
   TakeAction action = TakeAction::Start;
+  Timestamp at = {};           ///< when the order came
   std::string name = {};       ///< Start: name of the take; empty: by [takes] name
   std::string slate = {};      ///< Start, Next; empty: the slate of the last take
   std::string text = {};       ///< Start, Next: notes; Mark: the text of the mark

@@ -313,6 +313,7 @@ ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std
     return failure(ControlCode::Unsupported, "this run records no takes: its images come from recordings");
   }
   TakeOrder order = request.take;
+  order.at = host_now();
   order.by = request.by;
   order.number = ++orders_;
   if (!links_.takes->orders.try_push(order)) return not_answered("the recorder");

@@ -12,11 +12,12 @@ RunTotals totals_of(const Pipeline& pipeline) {
   totals.complete_sets = fusion.complete_sets.read();
   totals.sent = publish.sent.read();
   totals.dropped = fusion.passed_over_sets.read() + fusion.dropped_publish_full.read() +
-                   fusion.dropped_side_full.read() + publish.passed_over.read();
+                   fusion.dropped_side_full.read() + fusion.dropped_take_full.read() + publish.passed_over.read();
   for (std::uint32_t i = 0; i < pipeline.camera_count(); ++i) {
     const CameraCounters& camera = pipeline.camera_counters(CameraId{i});
     totals.frames.push_back(camera.frames.read());
-    totals.dropped += camera.dropped_queue_full.read();
+    totals.dropped +=
+        camera.dropped_queue_full.read() + camera.dropped_record_full.read() + camera.dropped_take_full.read();
     totals.cameras.push_back(pipeline.camera_name(CameraId{i}));
     totals.blob_use.push_back(pipeline.blob_use(CameraId{i}));
   }

@@ -12,6 +12,7 @@
 
 #include "base/read_file.h"
 #include "base/replace_file.h"
+#include "take/take_info.h"
 #include "take/take_name.h"
 
 namespace mocap::take {
@@ -95,22 +96,11 @@ std::string trimmed(const std::string& text) {
   return first < last ? std::string(first, last) : std::string();
 }
 
-// The texts of a take have no control characters but newlines. A spreadsheet ends a line within a cell with CR LF.
-std::string without_control_characters(const std::string& text) {
-  std::string plain;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (text.compare(i, 2, "\r\n") == 0) continue;
-    plain += text[i] != '\n' && (byte < 0x20 || byte == 0x7F) ? ' ' : text[i];
-  }
-  return plain;
-}
-
 Status check_notes(const std::string& notes) {
   if (notes.size() > kMaxShotNotes_bytes) {
     return wrong_shot(fmt::format("notes has {} bytes, expected at most {}", notes.size(), kMaxShotNotes_bytes));
   }
-  if (without_control_characters(notes) == notes) return {};
+  if (plain_text(notes) == notes) return {};
   return wrong_shot("notes has control characters, expected text and newlines");
 }
 
@@ -152,7 +142,7 @@ Result<Shot> shot_of(const Row& row, const std::vector<std::size_t>& columns) {
   for (std::size_t i = 0; i < row.cells.size(); ++i) cells[columns[i]] = trimmed(row.cells[i]);
   const Result<Duration> length = length_of(cells[kSeconds]);
   if (!length) return length.error();
-  const std::string notes = trimmed(without_control_characters(cells[kNotes]));
+  const std::string notes = trimmed(plain_text(cells[kNotes]));
   Shot shot{cells[kName], cells[kSlate], notes, *length, cells[kDone] == "yes"};
   if (const Status valid = check_name(shot.name, "name"); !valid) return valid.error();
   if (!shot.slate.empty()) {

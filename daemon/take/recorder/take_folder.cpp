@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "take/take_info.h"
+
 namespace mocap::take {
 namespace {
 
@@ -26,6 +28,9 @@ Status TakeFolder::check_order(const TakeOrder& order) const {
   if (!order.slate.empty()) {
     if (const Status valid = check_name(order.slate, "the slate"); !valid) return valid;
   }
+  TakeInfo noted;
+  noted.notes = plain_text(order.text);
+  if (const Status valid = check(noted); !valid) return valid;
   if (order.before > settings_.before) {
     return Error{ErrorCode::InvalidArgument,
                  fmt::format("before is {:.1f} s, expected at most [takes] before_s = {:.1f}", to_s(order.before),

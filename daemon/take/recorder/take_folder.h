@@ -16,8 +16,8 @@ class TakeFolder {
   /// The settings outlive the TakeFolder.
   explicit TakeFolder(const TakesSettings& settings) : settings_(settings) {}
 
-  /// Fails with InvalidArgument if an order to start has an unusable name or slate, the name of a take that exists, or
-  /// begins earlier than the memory reaches.
+  /// Fails with InvalidArgument if an order to start has an unusable name or slate, too long notes, the name of a
+  /// take that exists, or begins earlier than the memory reaches.
   Status check_order(const TakeOrder& order) const;
   /// Makes the folder. Fails with Io, also if too little space is free.
   Status prepare() const;

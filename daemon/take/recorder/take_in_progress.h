@@ -16,6 +16,7 @@
 #include "take/recorder/edge_images.h"
 #include "take/recorder/lead_in.h"
 #include "take/recorder/take_buffer.h"
+#include "take/recorder/take_intake.h"
 #include "take/take_quality.h"
 #include "take/take_writer.h"
 
@@ -47,7 +48,7 @@ class TakeInProgress {
   std::optional<Timestamp> to;  ///< later messages are left out
   bool drained = false;         ///< a snapshot after `to` came
   Timestamp checked_at;         ///< free space and folder
-  std::uint64_t dropped_before = 0;
+  TakeIntake::Dropped dropped_before;
   std::optional<TakeOrder> stopped_by;  ///< to be answered when the file is complete
   std::string shot;                     ///< its name in the shot list; empty: none
 

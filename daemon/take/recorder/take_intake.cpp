@@ -63,6 +63,15 @@ void TakeIntake::keep(const Belief& belief) {
   buffer_.add({BufferedKind::Belief, 0, belief.at, bytes_});
 }
 
+void TakeIntake::count_dropped(std::uint64_t images, std::uint64_t sets) {
+  dropped_images_.fetch_add(images, std::memory_order_relaxed);
+  dropped_sets_.fetch_add(sets, std::memory_order_relaxed);
+}
+
+TakeIntake::Dropped TakeIntake::dropped() const noexcept {
+  return {dropped_images_.load(std::memory_order_relaxed), dropped_sets_.load(std::memory_order_relaxed)};
+}
+
 void TakeIntake::learn(const SubjectFit& fit) {
   description_ = with_fit(std::move(description_), fit);
   description_changed_ = true;

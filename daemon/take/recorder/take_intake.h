@@ -40,7 +40,7 @@ class TakeIntake {
   void keep(const Health& health);
   void keep(const Belief& belief);
   void learn(const SubjectFit& fit);
-  void count_dropped_images(std::uint64_t total) { dropped_images_.store(total, std::memory_order_relaxed); }
+  void count_dropped(std::uint64_t images, std::uint64_t sets);
   void describe(const Description& description, std::vector<TakeFile> files, Timestamp now);
 
   // For the disk thread.
@@ -51,7 +51,11 @@ class TakeIntake {
   std::vector<TakeFile> files() const;
   /// Number of the first set of the run; empty: there was none yet.
   std::optional<std::uint64_t> first_set() const noexcept;
-  std::uint64_t dropped_images() const noexcept { return dropped_images_.load(std::memory_order_relaxed); }
+  /// What was dropped before it reached the recorder, since the start.
+  struct Dropped {
+    std::uint64_t images = 0, sets = 0;
+  };
+  Dropped dropped() const noexcept;
 
  private:
   static constexpr std::uint64_t kNoSet = ~std::uint64_t{0};
@@ -62,7 +66,7 @@ class TakeIntake {
   const bool keeps_blobs_;
   const Duration before_;
   TakeBuffer buffer_;
-  std::atomic<std::uint64_t> dropped_images_{0};
+  std::atomic<std::uint64_t> dropped_images_{0}, dropped_sets_{0};
   std::atomic<std::uint64_t> first_set_{kNoSet};
 
   // Used by the intake thread only.

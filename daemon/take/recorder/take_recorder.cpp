@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "mocap/v1/event.pb.h"
 #include "model/search_health.h"
+#include "take/recorder/open_take.h"
 #include "take/recorder/shot_list.h"
 #include "take/recorder/take_folder.h"
 #include "take/recorder/take_in_progress.h"
@@ -20,6 +21,7 @@ namespace mocap::take {
 namespace {
 
 constexpr const char* kWho = "take";
+constexpr const char* kDoesNotStart = "the take that waited does not start";
 // Between two batches the memory is checked: with a disk of 10 kB/s a batch takes 4 s.
 constexpr std::size_t kBatch_bytes = 1U << 17U;
 constexpr int kMostBatches = 8;  // of one call of `work`
@@ -46,18 +48,18 @@ class DiskTakeRecorder : public TakeRecorder {
   void keep(const Health& health) override { intake_.keep(health); }
   void keep(const Belief& belief) override { intake_.keep(belief); }
   void learn(const SubjectFit& fit) override { intake_.learn(fit); }
-  void count_dropped_images(std::uint64_t total) override { intake_.count_dropped_images(total); }
+  void count_dropped(std::uint64_t images, std::uint64_t sets) override { intake_.count_dropped(images, sets); }
   void describe(const Description& description, std::vector<TakeFile> files, Timestamp now) override {
     intake_.describe(description, std::move(files), now);
   }
 
-  void follow(const TakeOrder& order, Timestamp now) override {
+  void follow(const TakeOrder& order) override {
     switch (order.action) {
-      case TakeAction::Start: return order_start(order, now);
-      case TakeAction::Stop: return order_stop(order, now);
-      case TakeAction::Cancel: return order_cancel(order, now);
-      case TakeAction::Mark: return order_mark(order, now);
-      case TakeAction::Next: return order_next(order, now);
+      case TakeAction::Start: return order_start(order);
+      case TakeAction::Stop: return order_stop(order);
+      case TakeAction::Cancel: return order_cancel(order);
+      case TakeAction::Mark: return order_mark(order);
+      case TakeAction::Next: return order_next(order);
       case TakeAction::ListShots: return answer_shots(order, shots_.words());
       case TakeAction::ImportShots:
       case TakeAction::ClearShots: return order_shots(order);
@@ -66,19 +68,20 @@ class DiskTakeRecorder : public TakeRecorder {
 
   void set_timecode(const TimecodeHealth& timecode, Timestamp now) override { waiting_.set_timecode(timecode, now); }
 
-  void work(Timestamp now) override {
+  bool work(Timestamp now) override {
+    if (!recording_) start_next();
     if (const auto due = waiting_.take_due(now)) start_due(*due);
     for (int i = 0; recording_ && i < kMostBatches; ++i) {
       const bool more = write_waiting();
       if (recording_) check(now);
       if (!more) break;
     }
-    if (!recording_) return;
-    if (is_over(now)) {
+    if (recording_ && is_over(now)) {
       end(now, {});
-    } else if (const Status ticked = recording_->writer->tick(now); !ticked) {
-      end(now, ticked.error().message);
+    } else if (recording_) {
+      if (const Status ticked = recording_->writer->tick(now); !ticked) end(now, ticked.error().message);
     }
+    return next_ && !recording_;
   }
 
   std::optional<TakeDone> next_answer() override {
@@ -96,13 +99,16 @@ class DiskTakeRecorder : public TakeRecorder {
     return health;
   }
 
-  void finish(Timestamp now) override {
-    waiting_.cancel();
+  void finish(Timestamp now, const std::string& why) override {
+    drop_next("it was not begun");
+    if (waiting_.cancel()) {
+      log_warn(kWho, fmt::format("the take that waited does not start: {}", why.empty() ? "mocapd ends" : why));
+    }
     if (!recording_) return;
-    if (!recording_->to) recording_->to = now;
+    stop_at(now);
     while (recording_ && write_waiting()) {
     }
-    if (recording_) end(now, {});
+    if (recording_) end(now, why);
   }
 
  private:
@@ -112,23 +118,46 @@ class DiskTakeRecorder : public TakeRecorder {
     answers_.push_back({order.number, outcome, std::move(message)});
   }
 
-  void order_start(const TakeOrder& order, Timestamp now) {
-    if (recording_) {
-      return answer(order, TakeOutcome::Failed,
-                    fmt::format("take '{}' is being recorded; stop it first, or use take next", recording_->info.name));
-    }
+  void order_start(const TakeOrder& order) {
+    if (!recording_ || is_stopped(order.at)) return order_next(order);
+    answer(order, TakeOutcome::Failed,
+           fmt::format("take '{}' is being recorded; mocapctl take stop ends it, mocapctl take next begins another one",
+                       recording_->info.name));
+  }
+
+  // The take in progress ends first, at the instant of the order. An order that cannot be followed changes nothing.
+  void order_next(const TakeOrder& order) {
+    if (next_) return answer(order, TakeOutcome::Failed, "the next take is about to start already");
     if (waiting_.waits()) {
       return answer(order, TakeOutcome::Failed, "a take waits for its start already; mocapctl take cancel ends that");
     }
-    if (const Status valid = folder_.check_order(order); !valid) {
-      return answer(order, TakeOutcome::Invalid, valid.error().message);
+    for (const Status& valid : {folder_.check_order(order), waiting_.check(order)}) {
+      if (!valid) return answer(order, TakeOutcome::Invalid, valid.error().message);
     }
-    if (!order.at_timecode && wait_of(order, now) <= Duration::zero()) return start_now(order, now);
-    const Result<std::string> waits = waiting_.begin(order, now);
+    if (!recording_) return start_or_wait(order, order.at);
+    const bool follows = order.action == TakeAction::Next;
+    stop_at(order.at);
+    next_ = Next{order, follows ? *recording_->to : order.at};
+  }
+
+  void start_or_wait(const TakeOrder& order, Timestamp at) {
+    if (!order.at_timecode && wait_of(order, at) <= Duration::zero()) return start_now(order, at);
+    const Result<std::string> waits = waiting_.begin(order, at);
     if (!waits) return answer(order, TakeOutcome::Invalid, waits.error().message);
     begin_state(TakeState::Waiting);
     state_.name = bounded_text<255>(order.name);
     answer(order, TakeOutcome::Done, *waits);
+  }
+
+  void start_next() {
+    if (const auto next = std::exchange(next_, std::nullopt)) start_or_wait(next->order, next->at);
+  }
+
+  // Returns whether a take was about to start.
+  bool drop_next(const std::string& why) {
+    const auto next = std::exchange(next_, std::nullopt);
+    if (next) answer(next->order, TakeOutcome::Failed, why);
+    return next.has_value();
   }
 
   void start_due(const WaitingStart::Due& due) {
@@ -145,29 +174,41 @@ class DiskTakeRecorder : public TakeRecorder {
     answers_.push_back(std::move(started));
   }
 
-  void order_stop(const TakeOrder& order, Timestamp now) {
-    if (recording_) {
-      if (recording_->stopped_by) {
-        return answer(order, TakeOutcome::Failed, "the take is being stopped already");
-      }
-      if (!recording_->to || *recording_->to > now) recording_->to = now;
-      recording_->stopped_by = order;
-      return;
-    }
-    if (waiting_.waits()) return order_cancel(order, now);
-    answer(order, TakeOutcome::NotFound, "no take is being recorded; mocapctl take start begins one");
+  // Whether the take in progress is over at this instant, and only waits for its last messages.
+  bool is_stopped(Timestamp at) const { return recording_->to && *recording_->to <= at; }
+  void stop_at(Timestamp at) {
+    if (!is_stopped(at)) recording_->to = at;
   }
 
-  void order_cancel(const TakeOrder& order, Timestamp) {
-    if (!recording_) {
-      const bool waited = waiting_.cancel();
-      if (waited) state_.state = TakeState::Cancelled;
-      return answer(order, waited ? TakeOutcome::Done : TakeOutcome::NotFound,
-                    waited ? "the take that waited does not start" : "no take is being recorded");
+  void order_stop(const TakeOrder& order) {
+    const bool dropped = drop_next("a stop came before it began");
+    if (recording_ && !recording_->stopped_by) {
+      stop_at(order.at);
+      recording_->stopped_by = order;
+    } else if (dropped) {
+      answer(order, TakeOutcome::Done, kDoesNotStart);
+    } else if (recording_) {
+      answer(order, TakeOutcome::Failed, "the take is being stopped already");
+    } else if (waiting_.waits()) {
+      order_cancel(order);
+    } else {
+      answer(order, TakeOutcome::NotFound, "no take is being recorded; mocapctl take start begins one");
     }
+  }
+
+  // A take that was stopped is no longer cancelled, even if its file is not complete yet.
+  void order_cancel(const TakeOrder& order) {
+    if (drop_next("it was cancelled before it began")) return answer(order, TakeOutcome::Done, kDoesNotStart);
+    if (recording_ && !is_stopped(order.at)) return cancel(order);
+    const bool waited = waiting_.cancel();
+    if (waited) state_.state = TakeState::Cancelled;
+    answer(order, waited ? TakeOutcome::Done : TakeOutcome::NotFound,
+           waited ? kDoesNotStart : "no take is being recorded");
+  }
+
+  void cancel(const TakeOrder& order) {
     const std::string path = recording_->writer->path();
     set_shot_done(recording_->shot, false);
-    answer_stopped(TakeOutcome::Failed, fmt::format("{}: cancelled", path));
     (void)recording_->writer->finish(recording_->info);
     recording_.reset();
     intake_.buffer().release();
@@ -181,28 +222,20 @@ class DiskTakeRecorder : public TakeRecorder {
     answer(order, TakeOutcome::Done, fmt::format("{}: cancelled and deleted", path));
   }
 
-  void order_mark(const TakeOrder& order, Timestamp now) {
+  void order_mark(const TakeOrder& order) {
     if (!recording_)
       return answer(order, TakeOutcome::NotFound, "no take is being recorded, so there is nothing to mark");
     v1::Event event;
-    event.set_at_ns(to_ns(now));
+    event.set_at_ns(to_ns(order.at));
     event.set_kind(v1::EVENT_KIND_MARK);
     event.set_message(wire::valid_utf8(order.text));
-    const Status written = recording_->writer->append(kEventTopic, now, event.SerializeAsString());
+    const Status written = recording_->writer->append(kEventTopic, order.at, event.SerializeAsString());
     if (!written) {
       answer(order, TakeOutcome::Failed, written.error().message);
-      return end(now, written.error().message);
+      return end(order.at, written.error().message);
     }
     answer(order, TakeOutcome::Done,
-           fmt::format("{}: marked at {:.3f} s", recording_->info.name, to_s(now - recording_->from)));
-  }
-
-  // The take in progress ends first; the next one starts with the instant of the order.
-  void order_next(const TakeOrder& order, Timestamp now) {
-    if (!recording_) return order_start(order, now);
-    if (next_) return answer(order, TakeOutcome::Failed, "the next take is about to start already");
-    if (!recording_->to || *recording_->to > now) recording_->to = now;
-    next_ = order;
+           fmt::format("{}: marked at {:.3f} s", recording_->info.name, to_s(order.at - recording_->from)));
   }
 
   void order_shots(const TakeOrder& order) {
@@ -252,45 +285,21 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   TakeDone start_take(const TakeOrder& order, Timestamp now) {
-    const auto refused = [&](TakeOutcome outcome, std::string why) {
-      return TakeDone{order.number, outcome, std::move(why)};
-    };
-    if (const Status valid = folder_.check_order(order); !valid) {
-      return refused(TakeOutcome::Invalid, valid.error().message);
+    Result<TakeInProgress> opened = open_take(order, now, slate_, settings_, folder_, intake_);
+    if (!opened) {
+      const bool invalid = opened.error().code == ErrorCode::InvalidArgument;
+      return {order.number, invalid ? TakeOutcome::Invalid : TakeOutcome::Failed, opened.error().message};
     }
-    if (const Status ready = folder_.prepare(); !ready) return refused(TakeOutcome::Failed, ready.error().message);
-
-    TakeStart begin;
-    begin.info = info_of(order);
-    Timestamp from = now - order.before;
-    const std::optional<Timestamp> oldest = intake_.buffer().hold(from - kLongestLead);
-    // The first sets of the run may still be on their way.
-    from = std::max(from, std::min(oldest.value_or(now), now) - kLongestSet);
-    begin.info.started_at = from;
-    begin.description = intake_.description_at(from);
-    begin.files = intake_.files();
-    Result<std::unique_ptr<TakeWriter>> writer =
-        TakeWriter::create(settings_.folder / (begin.info.name + ".mcap"), begin);
-    if (!writer) {
-      intake_.buffer().release();
-      return refused(writer.error().code == ErrorCode::InvalidArgument ? TakeOutcome::Invalid : TakeOutcome::Failed,
-                     writer.error().message);
-    }
-    TakeInProgress recording(*std::move(writer), begin.info, begin.description, settings_.snapshots);
-    recording.from = from;
-    recording.checked_at = now;
-    recording.dropped_before = intake_.dropped_images();
-    if (order.length > Duration::zero()) recording.to = now + order.length;
-    slate_ = recording.info.slate;
+    recording_ = *std::move(opened);
+    slate_ = recording_->info.slate;
     begin_state(TakeState::Recording);
     ++state_.takes;
-    state_.name = bounded_text<255>(recording.info.name);
-    state_.path = bounded_text<1023>(recording.writer->path());
+    state_.name = bounded_text<255>(recording_->info.name);
+    state_.path = bounded_text<1023>(recording_->writer->path());
     const std::string words =
-        fmt::format("recording '{}', from {:.1f} s before", recording.writer->path(), to_s(now - recording.from));
-    recording_ = std::move(recording);
+        fmt::format("recording '{}', from {:.1f} s before", recording_->writer->path(), to_s(now - recording_->from));
     log_info(kWho, words);
-    return refused(TakeOutcome::Done, words);
+    return {order.number, TakeOutcome::Done, words};
   }
 
   void begin_state(TakeState state) {
@@ -300,27 +309,10 @@ class DiskTakeRecorder : public TakeRecorder {
     state_.takes = takes;
   }
 
-  void note_first_set(TakeInfo& info) const {
-    if (const auto first = intake_.first_set()) info.others[kFirstSetOfRun] = std::to_string(*first);
-  }
-
-  TakeInfo info_of(const TakeOrder& order) const {
-    TakeInfo info;
-    info.producer = intake_.description_at(Timestamp::max()).producer;
-    info.utc_minus_host = utc_minus_host();
-    info.notes = order.text;
-    info.slate = !order.slate.empty() ? order.slate : slate_;
-    note_first_set(info);
-    const TakeName name = folder_.name_for(order, info.slate, host_now().time_since_epoch() + info.utc_minus_host);
-    info.name = name.name;
-    info.number = name.number;
-    return info;
-  }
-
   void check(Timestamp now) {
     const TakeBuffer::Lost lost = intake_.buffer().lost();
-    const std::uint64_t dropped = intake_.dropped_images() - recording_->dropped_before;
-    recording_->meter.set_lost_images(lost.images + dropped);
+    const TakeIntake::Dropped dropped = intake_.dropped(), before = recording_->dropped_before;
+    recording_->meter.set_lost(lost.images + dropped.images - before.images, dropped.sets - before.sets);
     if (lost.images + lost.others > 0) {
       return end(now,
                  fmt::format("the disk is too slow: {} MB wait to be written ([takes] memory_mb); use a faster disk "
@@ -354,7 +346,7 @@ class DiskTakeRecorder : public TakeRecorder {
   void end(Timestamp now, const std::string& why) {
     TakeInProgress ended = *std::exchange(recording_, std::nullopt);
     intake_.buffer().release();
-    note_first_set(ended.info);  // there may have been none yet when the take began
+    note_first_set(intake_, ended.info);  // there may have been none yet when the take began
     const QualityReport report = ended.meter.report();
     const Status finished = ended.finish(now, report, why);
     write_quality(report, state_);
@@ -366,12 +358,6 @@ class DiskTakeRecorder : public TakeRecorder {
     fault.empty() ? log_info(kWho, words) : log_error(kWho, words + "; the feed continues");
     const TakeOutcome outcome = fault.empty() ? TakeOutcome::Done : TakeOutcome::Failed;
     if (ended.stopped_by) answer(*ended.stopped_by, outcome, words);
-    if (const auto next = std::exchange(next_, std::nullopt)) order_start(*next, ended.to.value_or(now));
-  }
-
-  void answer_stopped(TakeOutcome outcome, std::string message) {
-    if (recording_->stopped_by) answer(*recording_->stopped_by, outcome, message);
-    if (const auto next = std::exchange(next_, std::nullopt)) answer(*next, outcome, std::move(message));
   }
 
   const TakesSettings settings_;
@@ -381,7 +367,11 @@ class DiskTakeRecorder : public TakeRecorder {
   // Used by the disk thread only.
   std::optional<TakeInProgress> recording_;
   WaitingStart waiting_;
-  std::optional<TakeOrder> next_;  // starts when the take in progress has ended
+  struct Next {
+    TakeOrder order;
+    Timestamp at;  // the instant at which the take starts
+  };
+  std::optional<Next> next_;  // starts with the first `work` after the end of the take in progress
   std::deque<TakeDone> answers_;
   std::string slate_ = "take";
   ShotList shots_;

@@ -19,6 +19,12 @@ Duration wait_of(const TakeOrder& order, Timestamp now) {
   return Duration{order.at_utc_ns} - now.time_since_epoch() - utc_minus_host();
 }
 
+Status WaitingStart::check(const TakeOrder& order) const {
+  if (!order.at_timecode) return {};
+  const Result<Timecode> wanted = timecode_for(order);
+  return wanted ? Status{} : Status{wanted.error()};
+}
+
 Result<std::string> WaitingStart::begin(const TakeOrder& order, Timestamp now) {
   if (!order.at_timecode) {
     const Duration wait = wait_of(order, now);
@@ -67,9 +73,7 @@ Timestamp WaitingStart::due_by_timecode(Timestamp now) const {
 
 std::optional<WaitingStart::Due> WaitingStart::take_due(Timestamp now) {
   if (!order_ || now < due_at_) return std::nullopt;
-  TakeOrder order = *std::exchange(order_, std::nullopt);
-  const Timestamp at = order.at_timecode ? due_at_ : now;
-  return Due{std::move(order), at};
+  return Due{*std::exchange(order_, std::nullopt), due_at_};
 }
 
 bool WaitingStart::cancel() { return std::exchange(order_, std::nullopt).has_value(); }

@@ -23,8 +23,11 @@ class WaitingStart {
 
   bool waits() const noexcept { return order_.has_value(); }
 
+  /// Fails with InvalidArgument if the order has a timecode that does not exist, or there is no source of timecode.
+  Status check(const TakeOrder& order) const;
+
   /// Stores the order until take_due() returns it; does not block. Replaces an order that waits. Returns a sentence for
-  /// the operator. Fails with InvalidArgument if there is no such timecode or no source of timecode.
+  /// the operator. Fails as check().
   Result<std::string> begin(const TakeOrder& order, Timestamp now);
   void set_timecode(const TimecodeHealth& timecode, Timestamp now);
   /// The order whose instant has come; it no longer waits.
