@@ -31,7 +31,7 @@ void declare_queues_keys(KeyVisitor& keys, PipelineSettings& pipeline) {
   keys.number("publish_snapshots", pipeline.publish_queue_snapshots, {2, 1024},
               {.help = "snapshots that wait for the publish thread"});
   keys.number("side_snapshots", pipeline.side_queue_snapshots, {2, 4096},
-              {.help = "snapshots that wait for the threads that write files and takes; each takes 0.8 MB"});
+              {.help = "snapshots that wait for the threads that write files and takes; 0.8 MB each"});
 }
 
 void declare_realtime_keys(KeyVisitor& keys, PipelineSettings& pipeline) {

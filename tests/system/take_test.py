@@ -5,6 +5,7 @@ import json
 import signal
 import unittest
 
+from harness import until
 from takes import TakesTest
 
 
@@ -100,6 +101,20 @@ class Takes(TakesTest):
         self.assertEqual(shown["state"], "complete")
         self.assertEqual(shown["quality"]["lost_sets"], 0)
         self.assertGreaterEqual(shown["topics"]["description"]["messages"], 2)  # a fit may give another one
+
+    def test_a_reload_that_changes_takes_ends_a_take_and_says_so(self):
+        daemon = self.daemon()
+        self.take("start")
+        self.wait_for_recorded(30)
+        self.config("before_s = 5")
+        self.assertEqual((reloaded := self.ctl("reload")).returncode, 0, reloaded.stderr)
+        until(lambda: "it ended early: a reload changed [takes]" in daemon.output(), "the reason of the end in the log")
+        self.take("start")
+        self.wait_for_recorded(30)
+        self.take("stop")
+
+        self.assertEqual(self.show("takes/take_001.mcap")["state"], "complete")
+        self.assertEqual(self.show("takes/take_002.mcap")["quality"]["lost_sets"], 0)
 
 
 if __name__ == "__main__":
