@@ -39,6 +39,7 @@
 #include "track3d/kalman_marker_tracker.h"
 #include "trigger/desk.h"
 #include "trigger/udp_port.h"
+#include "wire/endpoint.h"
 #include "wire/zmq_control.h"
 #include "wire/zmq_node_server.h"
 #include "wire/zmq_publisher.h"
@@ -90,6 +91,20 @@ Result<std::unique_ptr<ControlServer>> open_control(const settings::DaemonSettin
   Result<std::unique_ptr<wire::ZmqControl>> control = wire::ZmqControl::open(listening, audit);
   if (!control) return control.error();
   return std::unique_ptr<ControlServer>(std::move(*control));
+}
+
+// All endpoints at which a daemon with these settings listens.
+std::vector<std::string> endpoints_of(const settings::DaemonSettings& settings) {
+  std::vector<std::string> all;
+  const auto add = [&](const std::string& endpoint, const std::vector<std::string>& more) {
+    if (endpoint.empty() || endpoint == "none") return;
+    all.push_back(endpoint);
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  add(settings.publish.endpoint, settings.publish.more_endpoints);
+  add(control_endpoint(settings), settings.control.more_endpoints);
+  if (settings.node.on()) add(settings.node.endpoint, settings.node.more_endpoints);
+  return all;
 }
 
 // Appends the writer of the recording of snapshots, if there is one.
@@ -286,6 +301,14 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings, AuditTrail* 
   if (has_clocks_of_nodes(settings)) made.parts.ptp = made.shared->ptp.get();
   if (!settings.kept.empty()) made.parts.writers.push_back(settings::make_subject_keeper(settings.kept));
   return made;
+}
+
+Status check_ports(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
+  const std::vector<std::string> own = endpoints_of(before);
+  for (const std::string& endpoint : endpoints_of(now)) {
+    if (const Status free = wire::try_endpoint(endpoint, own); !free) return free;
+  }
+  return trigger::try_udp_ports(now.trigger, before.trigger);
 }
 
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {

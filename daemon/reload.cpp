@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "assemble.h"
 #include "assemble_camera.h"
 #include "base/log.h"
 #include "settings/rig/kept_rigs.h"
@@ -186,6 +187,10 @@ std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const
   Result<settings::DaemonSettings, settings::Faults> read = load_checked(now.file, now.state);
   if (!read) {
     answer.message = settings::to_text(read.error());
+    return nullptr;
+  }
+  if (const Status free = check_ports(*now.settings, *read); !free) {
+    answer.message = now.file.string() + ": " + free.error().message;
     return nullptr;
   }
   answer.done = true;

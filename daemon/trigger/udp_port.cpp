@@ -133,4 +133,15 @@ Result<std::unique_ptr<DatagramPort>> open_udp_port(const TriggerSettings& setti
   return std::unique_ptr<DatagramPort>(std::make_unique<UdpPort>(std::move(sockets)));
 }
 
+Status try_udp_ports(const TriggerSettings& settings, const TriggerSettings& before) {
+  const std::uint32_t listen = read_address(settings.listen).value_or(INADDR_ANY);
+  const std::vector<SocketUse> own = sockets_of(before);
+  for (const SocketUse& use : sockets_of(settings)) {
+    const bool is_own = std::ranges::find(own, use.port, &SocketUse::port) != own.end();
+    const Result<Socket> tried = Socket::open({listen, static_cast<std::uint16_t>(is_own ? 0 : use.port)});
+    if (!tried) return tried.error();
+  }
+  return {};
+}
+
 }  // namespace mocap::trigger

@@ -4,10 +4,14 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include <zmq.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstring>
+
+#include "wire/zmq_socket.h"
 
 namespace mocap::wire {
 namespace {
@@ -27,6 +31,8 @@ bool is_loopback_v4(std::string_view host) {
   return host.starts_with("127.") && std::count(host.begin(), host.end(), '.') == 3 &&
          host.find_first_not_of("0123456789.") == std::string_view::npos;
 }
+
+std::string_view port_of(std::string_view endpoint) { return endpoint.substr(endpoint.rfind(':') + 1); }
 
 Status check_tcp(std::string_view endpoint) {
   const std::string_view rest = endpoint.substr(kTcp.size());
@@ -78,6 +84,27 @@ Status check_endpoint(const std::string& endpoint, bool allow_remote) {
                     "allow_remote = true to permit unauthenticated clients",
                     endpoint));
   }
+  return {};
+}
+
+Status try_endpoint(const std::string& endpoint, const std::vector<std::string>& own) {
+  const std::string what = fmt::format("endpoint '{}'", endpoint);
+  if (std::ranges::find(own, endpoint) != own.end()) return {};
+  if (is_taken_ipc(endpoint)) {
+    errno = EADDRINUSE;
+    return zmq_failure(what);
+  }
+  if (!endpoint.starts_with(kTcp)) return {};
+  const auto has_port = [&](const std::string& other) {
+    return other.starts_with(kTcp) && port_of(other) == port_of(endpoint);
+  };
+  std::string tried = endpoint;
+  if (std::ranges::any_of(own, has_port)) tried.replace(tried.rfind(':'), std::string::npos, ":*");
+  ZmqContext context;
+  ZmqSocket socket;
+  if (Status opened = socket.open(context, ZMQ_ROUTER, "endpoint"); !opened) return opened;
+  if (Status set = socket.set(ZMQ_IPV6, tried.starts_with("tcp://[") ? 1 : 0); !set) return set;
+  if (zmq_bind(socket.get(), tried.c_str()) != 0) return zmq_failure(what);
   return {};
 }
 

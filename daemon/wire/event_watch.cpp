@@ -44,7 +44,9 @@ void EventWatch::update(const Description& description, Timestamp now) {
   std::vector<std::string> names;
   for (const Subject& subject : description.subjects) names.push_back(valid_utf8(subject.name));
   follow_subjects(std::move(names));
-  delivers_.resize(description.cameras.size(), true);
+  std::vector<std::string> cameras;
+  for (const CameraModel& camera : description.cameras) cameras.push_back(camera.name);
+  follow_cameras(std::move(cameras));
   if (!first) add(v1::EVENT_KIND_DESCRIPTION_CHANGED, now);
 }
 
@@ -58,6 +60,17 @@ void EventWatch::follow_subjects(std::vector<std::string> names) {
   }
   tracked_ = tracked;
   subject_names_ = std::move(names);
+}
+
+// A lost camera of the same name goes on being lost under its new index.
+void EventWatch::follow_cameras(std::vector<std::string> names) {
+  std::vector<bool> delivers(names.size(), true);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto before = static_cast<std::size_t>(std::ranges::find(camera_names_, names[i]) - camera_names_.begin());
+    if (before < delivers_.size()) delivers[i] = delivers_[before];
+  }
+  delivers_ = std::move(delivers);
+  camera_names_ = std::move(names);
 }
 
 void EventWatch::update(const Health& health) {
@@ -75,12 +88,14 @@ void EventWatch::update(const Health& health) {
   }
 }
 
-// A take that began and ended between two looks has both events.
+// A take that began and ended between two looks has both events. One that ended before the first look has none: the
+// feed was opened again.
 void EventWatch::follow_take(const Health& health) {
   const TakeHealth& take = health.take;
-  const bool begun = take.takes > takes_;
   const bool is_over =
       take.state == TakeState::Ended || take.state == TakeState::Failed || take.state == TakeState::Cancelled;
+  if (!takes_ && is_over) take_ = take.state;
+  const bool begun = takes_ ? take.takes > *takes_ : take.state == TakeState::Recording;
   const bool ended = is_over && (begun || take.state != take_);
   takes_ = take.takes;
   take_ = take.state;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,14 +30,16 @@ class EventWatch {
   v1::Event& add(v1::EventKind kind, Timestamp at);
   void follow_take(const Health& health);
   void follow_subjects(std::vector<std::string> names);
+  void follow_cameras(std::vector<std::string> names);
 
   std::deque<v1::Event> unsent_;
   std::uint64_t sequence_ = 0;
   std::uint32_t description_version_ = 0;
   std::vector<std::string> subject_names_;
   std::array<bool, kMaxSubjects> tracked_{};
-  TakeState take_ = TakeState::None;  // at the last look
-  std::uint64_t takes_ = 0;
+  TakeState take_ = TakeState::None;    // at the last look
+  std::optional<std::uint64_t> takes_;  // empty: before the first look
+  std::vector<std::string> camera_names_;
   std::vector<bool> delivers_;  // by camera: delivered images at the last look
 };
 

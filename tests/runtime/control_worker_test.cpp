@@ -106,6 +106,17 @@ TEST(ControlWorker, RejectsUnknownNamesAndListsTheKnownOnes) {
   EXPECT_THAT(answers[1].message, HasSubstr("configured with: north"));
 }
 
+// Each other request waits behind it.
+TEST(ControlWorker, WaitsOnceForASnapshotThatDoesNotCome) {
+  World world;
+  const std::vector<ControlRequest> wanted(100, request(ControlAction::GetSnapshot));
+
+  const auto answers = world.ask(wanted, false, host_now() + std::chrono::seconds(60));
+
+  ASSERT_EQ(answers.size(), wanted.size());
+  EXPECT_EQ(answers.back().code, ControlCode::Timeout);
+}
+
 TEST(ControlWorker, ForwardsANewSubjectToTheMainThread) {
   World world;
   MainOrder order;

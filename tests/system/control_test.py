@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -106,6 +107,12 @@ class Control(unittest.TestCase):
         self.desk = Desk()
         self.addCleanup(self.desk.close)
 
+    def port_of_another_program(self):
+        """The port of another program on this machine."""
+        listening = socket.create_server(("127.0.0.1", 0))
+        self.addCleanup(listening.close)
+        return listening.getsockname()[1]
+
     def done(self, asked):
         self.assertEqual(asked.returncode, 0, asked.stderr)
         return asked.stdout
@@ -199,6 +206,24 @@ class Control(unittest.TestCase):
         until(lambda: len(daemon.description()["cameras"]) == 3, "the change")
         self.assertEqual(daemon.status()["sessionId"], session)
         self.done(daemon.ctl("snapshot", "--json"))
+
+    def test_a_reload_with_an_address_that_cannot_be_used_keeps_the_daemon(self):
+        daemon = Daemon(self.desk)
+        session = until(daemon.status, "an answer")["sessionId"]
+        other = self.port_of_another_program()
+        wrong = {
+            "no such address": daemon.text(publish='more_endpoints = ["tcp://198.51.100.7:5570"]\nallow_remote = true'),
+            "another program": daemon.text(publish=f'more_endpoints = ["tcp://127.0.0.1:{other}"]'),
+            "listen must be": daemon.text(more='\n[trigger]\nlisten = "198.51.100.7"\nsenders = ["127.0.0.1"]\n'),
+        }
+        for why, text in wrong.items():
+            self.desk.write("mocapd.toml", text)
+            refused = daemon.ctl("reload")
+            self.assertEqual(refused.returncode, 65, refused.stderr)
+            self.assertIn(why, refused.stderr)
+        self.desk.write("mocapd.toml", daemon.text())
+        self.done(daemon.ctl("reload"))
+        self.assertEqual(daemon.status()["sessionId"], session)
 
     def test_sighup_reloads_as_mocapctl_reload_does(self):
         daemon = Daemon(self.desk)

@@ -71,6 +71,20 @@ TriggerSettings two_ports() {
   return settings;
 }
 
+TEST(UdpPort, IsTriedBeforeTheDaemonGivesUpItsOwn) {
+  const Other other;
+  TriggerSettings wanted;
+  wanted.listen = "127.0.0.1";
+  wanted.senders = {"127.0.0.1"};
+  wanted.osc_ports = {other.port()};
+
+  EXPECT_EQ(try_udp_ports(wanted, {}).error().code, ErrorCode::Busy);
+  EXPECT_TRUE(try_udp_ports(wanted, wanted));
+  TriggerSettings away = wanted;
+  away.listen = "198.51.100.7";
+  EXPECT_EQ(try_udp_ports(away, wanted).error().code, ErrorCode::NotFound);
+}
+
 TEST(UdpPort, ReceivesAndAnswersOnEachSocket) {
   const TriggerSettings settings = two_ports();
   auto port = open_udp_port(settings);

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zmq.h>
+
+#include "wire/zmq_socket.h"
 
 namespace mocap::wire {
 namespace endpoint_test {
@@ -35,6 +38,20 @@ TEST(Endpoint, MalformedIsRejected) {
     EXPECT_EQ(checked.error().code, ErrorCode::InvalidArgument) << wrong;
   }
   EXPECT_FALSE(check_endpoint("ipc://" + std::string(200, 'x'), false));
+}
+
+TEST(Endpoint, IsTriedBeforeTheDaemonGivesUpItsOwn) {
+  ZmqContext context;
+  ZmqSocket other;
+  ASSERT_TRUE(other.open(context, ZMQ_ROUTER, "test"));
+  ASSERT_EQ(zmq_bind(other.get(), "tcp://127.0.0.1:*"), 0);
+  const std::string taken = other.last_endpoint(), port = taken.substr(taken.rfind(':'));
+
+  EXPECT_TRUE(try_endpoint("tcp://127.0.0.1:*", {}));
+  EXPECT_EQ(try_endpoint(taken, {}).error().code, ErrorCode::Busy);
+  EXPECT_TRUE(try_endpoint(taken, {taken}));
+  EXPECT_TRUE(try_endpoint("tcp://*" + port, {taken})) << "the port is free then";
+  EXPECT_EQ(try_endpoint("tcp://198.51.100.7" + port, {taken}).error().code, ErrorCode::NotFound);
 }
 
 }  // namespace endpoint_test

@@ -103,6 +103,7 @@ TEST(EventWatch, ReportsStartAndEndOfATakeOnce) {
   health.take.message = bounded_text<511>("the disk is full");
   health.take.quality = TakeQuality::Good;
 
+  look(TakeState::None, 0);
   look(TakeState::Recording, 1);
   look(TakeState::Ended, 1);
   look(TakeState::Failed, 2);  // began and ended between two looks
@@ -116,6 +117,46 @@ TEST(EventWatch, ReportsStartAndEndOfATakeOnce) {
     EXPECT_EQ(watch.unsent()[i].kind(), expected[i].first);
     EXPECT_EQ(watch.unsent()[i].message(), expected[i].second);
   }
+}
+
+// The feed was opened again.
+TEST(EventWatch, DoesNotReportATakeThatEndedBeforeTheFirstLook) {
+  EventWatch watch;
+  Health health = health_of(CameraPhase::Streaming, CameraPhase::Streaming);
+  health.take.state = TakeState::Ended;
+  health.take.takes = 3;
+
+  for (int i = 0; i < 2; ++i) watch.update(health);
+  EXPECT_TRUE(watch.unsent().empty());
+  health.take.takes = 4;
+  watch.update(health);
+
+  EXPECT_EQ(watch.unsent().size(), 2U) << "start and end of the next one";
+}
+
+TEST(EventWatch, FollowsCamerasByTheirNames) {
+  Description description;
+  description.version = 1;
+  description.cameras.resize(3);
+  const char* const names[] = {"west", "east", "south"};
+  for (std::size_t i = 0; i < 3; ++i) description.cameras[i].name = names[i];
+  Health health = health_of(CameraPhase::Streaming, CameraPhase::Silent);
+  health.cameras.resize(3);
+  health.cameras[2].name = "south";
+  health.cameras[2].phase = CameraPhase::Streaming;
+  EventWatch watch;
+  watch.update(description, kNow);
+  watch.update(health);
+
+  description.version = 2;  // east is taken out
+  description.cameras.erase(description.cameras.begin() + 1);
+  health.cameras.erase(health.cameras.begin() + 1);
+  watch.update(description, kNow);
+  watch.update(health);
+
+  ASSERT_EQ(watch.unsent().size(), 2U);
+  EXPECT_EQ(watch.unsent()[0].kind(), v1::EVENT_KIND_CAMERA_LOST);
+  EXPECT_EQ(watch.unsent()[1].kind(), v1::EVENT_KIND_DESCRIPTION_CHANGED);
 }
 
 TEST(EventWatch, DoesNotReportACameraThatAnOperatorStopped) {

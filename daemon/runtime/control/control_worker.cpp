@@ -17,6 +17,7 @@ constexpr Duration kSnapshotPatience = std::chrono::seconds(1);
 constexpr Duration kMainPatience = std::chrono::seconds(5);   // the main thread reads files
 constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a camera restart takes up to 2 s
 // A take ends when the disk has all of it.
+constexpr const char* kNoSnapshot = "no snapshot within 1 s; check that the cameras deliver images";
 constexpr Duration kTakePatience = std::chrono::seconds(30);
 constexpr Duration kAuditPatience = std::chrono::seconds(1);
 constexpr Duration kAnswerPollPeriod = std::chrono::milliseconds(1);
@@ -175,6 +176,8 @@ ControlAnswer ControlWorker::status() const {
 
 ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
+  if (!capturing_) return failure(ControlCode::Timeout, "no snapshot: capture is stopped; run mocapctl capture start");
+  if (host_now() < no_snapshot_until_) return failure(ControlCode::Timeout, kNoSnapshot);
   if (control.snapshots.front() != nullptr) control.snapshots.pop();  // answers an earlier request that timed out
   control.snapshot_wanted.store(true, std::memory_order_release);
   const Timestamp begun = host_now();
@@ -189,8 +192,8 @@ ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
     std::this_thread::sleep_for(kAnswerPollPeriod);
   }
   control.snapshot_wanted.store(false, std::memory_order_release);
-  return failure(ControlCode::Timeout, capturing_ ? "no snapshot within 1 s; check that the cameras deliver images"
-                                                  : "no snapshot: capture is stopped; run mocapctl capture start");
+  no_snapshot_until_ = host_now() + kSnapshotPatience;
+  return failure(ControlCode::Timeout, kNoSnapshot);
 }
 
 std::optional<OrderDone> ControlWorker::wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,

@@ -102,7 +102,8 @@ class ControlWorker {
   std::optional<Health> health_;
   std::unique_ptr<Snapshot> snapshot_;
   bool capturing_ = true;
-  std::vector<bool> away_;  // by SubjectId: removed by an operator
+  Timestamp no_snapshot_until_;  // a request before is not worth waiting for: other requests wait behind it
+  std::vector<bool> away_;       // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
   AuditActor asker_;                      // of the request that is executed
