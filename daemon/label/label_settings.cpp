@@ -25,7 +25,8 @@ void declare_keys(KeyVisitor& keys, LabelSettings& label) {
   keys.time(
       "lost_after_ms", label.lost_after, {1, 60000},
       {.help = "a subject is lost after this time with less than a quarter of its markers, or with a quarter missing "
-               "while as many unlabelled tracks are near; after 150 ms with fewer than three measured markers"});
+               "while as many unlabelled tracks are near; after 150 ms, at least two intervals between sets, with "
+               "fewer than three measured markers"});
 }
 
 }  // namespace mocap::label

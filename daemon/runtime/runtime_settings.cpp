@@ -6,7 +6,8 @@ namespace mocap::runtime {
 
 void declare_capture_keys(KeyVisitor& keys, PipelineSettings& pipeline) {
   keys.flag("every_set", pipeline.fusion.every_set,
-            {.help = "true: a late fusion works through every set; false: it continues with the newest complete one"});
+            {.help = "true: a late fusion processes every set; false: it skips to the newest ready set, one that "
+                     "waits for no further image"});
 }
 
 void declare_publish_keys(KeyVisitor& keys, PipelineSettings& pipeline) {
@@ -18,8 +19,10 @@ void declare_reopen_keys(KeyVisitor& keys, PipelineSettings& pipeline) {
   CameraWorkerSettings& camera = pipeline.camera;
   keys.time("silent_after_ms", camera.silent_after, {10, 60000},
             {.help = "a camera that gives no image for this time is reopened"});
-  keys.time("first_image_within_ms", camera.first_image_within, {10, 600000},
-            {.help = "the same for the first image after a start, and for unusable ones alone"});
+  keys.time(
+      "first_image_within_ms", camera.first_image_within, {10, 600000},
+      {.help = "a camera is reopened, too, if its first image does not come within this time after a start, or if it "
+               "gives only unusable images for this time"});
   keys.time("first_backoff_ms", camera.first_backoff, {1, 60000},
             {.help = "time before the first attempt; it doubles with each attempt"});
   keys.time("longest_backoff_ms", camera.longest_backoff, {1, 600000}, {.help = "longest time before an attempt"});

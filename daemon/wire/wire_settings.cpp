@@ -75,8 +75,9 @@ void declare_keys(KeyVisitor& keys, NodeSettings& node) {
               {.help = "images of one camera that wait for a slow fusion host; further ones are lost and counted"});
   keys.flag(
       "announce", node.announce,
-      {.help = "tell the network name and port of this node by DNS-SD, for mocapctl nodes; needs avahi-daemon, and an "
-               "endpoint beyond loopback"});
+      {.help =
+           "announce the name and port of this node in the network by DNS-SD, for mocapctl nodes; needs avahi-daemon, "
+           "and an endpoint beyond loopback"});
 }
 
 std::vector<KeyFault> faults_of(const CurveSettings& curve) {
