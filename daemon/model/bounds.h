@@ -4,7 +4,8 @@
 
 namespace mocap {
 
-// The design bounds. Over a bound the largest items are kept; the others are dropped and counted.
+// The design bounds. A configuration with more cameras, subjects, bones or labels is refused. Of the blobs of an image
+// the largest are kept, and the others are counted. With kMaxMarkers 3D tracks no new track starts.
 inline constexpr std::size_t kMaxCameras = 64;
 inline constexpr std::size_t kMaxBlobs = 512;     ///< in one image
 inline constexpr std::size_t kMaxMarkers = 1024;  ///< in one set, labelled or not
