@@ -13,7 +13,7 @@ usage: tools/corpus.sh [--rewrite REASON | --make FOLDER]
 
 examples:
   tools/corpus.sh
-      lists each recording that differs; hashes that differ are told as a number alone; lines "error take" are of two recordings
+      lists each recording that differs; only the number of differing hashes is printed; lines "error take" are of two recordings
       whose disk fails on purpose
   tools/corpus.sh --rewrite "label: limbs return one set earlier" && git add tests/corpus/table.tsv
       after a change that is meant to change labels; git diff shows which recordings
