@@ -18,13 +18,18 @@ namespace {
 
 constexpr mode_t kMode = 0640;
 
-Error failed(const std::filesystem::path& path, const char* what) {
+Error failed(const std::filesystem::path& path, const std::string& what) {
   return {ErrorCode::Io, fmt::format("audit log {}: {}: {}", path.string(), what,
                                      std::strerror(errno))};  // NOLINT(concurrency-mt-unsafe)
 }
 
 std::string numbered(const std::filesystem::path& path, std::uint32_t number) {
   return fmt::format("{}.{}", path.string(), number);
+}
+
+bool exists(const std::string& path) {
+  struct ::stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
 }
 
 }  // namespace
@@ -67,13 +72,19 @@ Status AuditFile::finish_last_line() {
   return last == '\n' ? Status{} : write("\n");
 }
 
-bool AuditFile::is_removed() const {
-  struct ::stat status {};
-  return ::fstat(file_, &status) != 0 || status.st_nlink == 0;
+// Not so if an operator or logrotate has moved or removed the file.
+bool AuditFile::is_at_its_path() const {
+  struct ::stat opened {};
+  struct ::stat named {};
+  return ::fstat(file_, &opened) == 0 && ::lstat(path_.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
 }
 
 Status AuditFile::append(const AuditEntry& entry) {
-  if (file_ >= 0 && is_removed()) close();
+  if (file_ >= 0 && !is_at_its_path()) {
+    static_cast<void>(sync());
+    close();
+  }
   if (file_ < 0) {
     if (Status opened = open(); !opened) {
       close();
@@ -104,13 +115,19 @@ Status AuditFile::write(const std::string& text) {
   return {};
 }
 
+// Only the files before the first free number get a new number: a rotation that failed leaves a number free, so that
+// its retries delete no older file.
 Status AuditFile::rotate() {
-  for (std::uint32_t number = keep_; number > 1; --number) {
-    const std::string from = numbered(path_, number - 1), to = numbered(path_, number);
-    if (::rename(from.c_str(), to.c_str()) != 0 && errno != ENOENT) return failed(from, "cannot be renamed");
+  std::uint32_t last = 1;
+  while (last < keep_ && exists(numbered(path_, last))) ++last;
+  for (; last > 0; --last) {
+    const std::string from = last > 1 ? numbered(path_, last - 1) : path_.string(), to = numbered(path_, last);
+    // Moved away by another process: nothing to rename.
+    if (::rename(from.c_str(), to.c_str()) == 0 || errno == ENOENT) continue;
+    return failed(from, fmt::format("cannot be renamed to {}; let the daemon write to its folder, and move away what "
+                                    "has that name",
+                                    to));
   }
-  const std::string first = numbered(path_, 1);
-  if (::rename(path_.c_str(), first.c_str()) != 0) return failed(path_, "cannot be renamed");
   static_cast<void>(sync());
   close();
   return open();

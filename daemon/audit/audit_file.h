@@ -11,7 +11,7 @@
 namespace mocap::audit {
 
 /// The file of the audit log: append only, mode 0640. A file over its limit is renamed (FILE.1 is the newest of the
-/// older ones). A file that was removed is made anew.
+/// older ones). A file that was moved away or removed is made anew.
 class AuditFile final : public AuditWriter {
  public:
   /// Opens nothing. `max_bytes` of one file; `keep` older ones.
@@ -28,7 +28,7 @@ class AuditFile final : public AuditWriter {
  private:
   Status open();
   void close() noexcept;
-  bool is_removed() const;
+  bool is_at_its_path() const;
   Status finish_last_line();
   Status write(const std::string& text);
   Status rotate();

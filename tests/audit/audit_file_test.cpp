@@ -139,6 +139,47 @@ TEST(AuditFile, IsMadeAnewIfItWasRemoved) {
   EXPECT_THAT(text_of(path), HasSubstr("two"));
 }
 
+TEST(AuditFile, IsMadeAnewIfItWasMovedAway) {
+  const support::TemporaryFolder folder;
+  const fs::path path = folder.path() / "audit.jsonl", moved = folder.path() / "moved.jsonl";
+  const fs::path older = folder.write("audit.jsonl.1", "older"), oldest = folder.write("audit.jsonl.2", "oldest");
+  AuditFile file(path, 500, 2);
+  ASSERT_TRUE(file.append(entry("one")));
+  fs::rename(path, moved);
+
+  for (const char* name : {"two", "three"}) ASSERT_TRUE(file.append(entry(name + std::string(300, 'x'))));
+
+  EXPECT_EQ(std::ranges::count(text_of(moved), '\n'), 1);
+  EXPECT_THAT(text_of(older), HasSubstr("two"));
+  EXPECT_EQ(text_of(oldest), "older");
+  EXPECT_THAT(text_of(path), HasSubstr("three"));
+}
+
+TEST(AuditFile, MovesNoOlderFileIfTheirFirstNumberIsFree) {
+  const support::TemporaryFolder folder;
+  const fs::path path = folder.path() / "audit.jsonl", oldest = folder.write("audit.jsonl.2", "oldest");
+  AuditFile file(path, 1, 2);
+
+  for (const char* name : {"one", "two"}) ASSERT_TRUE(file.append(entry(name)));
+
+  EXPECT_THAT(text_of(path.string() + ".1"), HasSubstr("one"));
+  EXPECT_EQ(text_of(oldest), "oldest");
+}
+
+TEST(AuditFile, NamesBothFilesIfItCannotBeRenamed) {
+  const support::TemporaryFolder folder;
+  const fs::path path = folder.path() / "audit.jsonl";
+  fs::create_directory(path.string() + ".1");
+  AuditFile file(path, 1, 1);
+  ASSERT_TRUE(file.append(entry("one")));
+
+  const Status refused = file.append(entry("two"));
+
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr(path.string() + ": cannot be renamed to " + path.string() + ".1"));
+  EXPECT_EQ(std::ranges::count(text_of(path), '\n'), 1);
+}
+
 TEST(AuditSettings, MakeNoWriterWithoutAFile) {
   const support::TemporaryFolder folder;
   AuditSettings settings;
