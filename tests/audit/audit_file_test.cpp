@@ -157,12 +157,14 @@ TEST(AuditFile, IsMadeAnewIfItWasMovedAway) {
 
 TEST(AuditFile, MovesNoOlderFileIfTheirFirstNumberIsFree) {
   const support::TemporaryFolder folder;
-  const fs::path path = folder.path() / "audit.jsonl", oldest = folder.write("audit.jsonl.2", "oldest");
-  AuditFile file(path, 1, 2);
+  const fs::path path = folder.path() / "audit.jsonl";
+  const fs::path older = folder.write("audit.jsonl.2", "older"), oldest = folder.write("audit.jsonl.3", "oldest");
+  AuditFile file(path, 1, 3);
 
   for (const char* name : {"one", "two"}) ASSERT_TRUE(file.append(entry(name)));
 
   EXPECT_THAT(text_of(path.string() + ".1"), HasSubstr("one"));
+  EXPECT_EQ(text_of(older), "older");
   EXPECT_EQ(text_of(oldest), "oldest");
 }
 
