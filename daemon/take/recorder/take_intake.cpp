@@ -89,7 +89,7 @@ void TakeIntake::describe(const Description& description, std::vector<TakeFile> 
   buffer_.add({BufferedKind::Break, 0, now, {}});
   {
     const std::lock_guard lock(mutex_);
-    descriptions_.clear();
+    descriptions_.assign(1, {now, description_});  // never empty: the disk thread reads it
   }
   add_description(now);
 }
