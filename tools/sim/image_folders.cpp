@@ -58,29 +58,49 @@ class Folder {
   std::vector<std::byte> pixels_;
 };
 
+// Calls `write` with the number and the time of each image.
+template <class Write>
+Status for_each_image(const ImageSeries& series, const std::atomic<bool>& end_asked, const Write& write) {
+  const auto count = static_cast<std::uint64_t>(std::llround(series.seconds * series.rate_hz));
+  for (std::uint64_t number = 0; number < count; ++number) {
+    if (end_asked) {
+      return Error{ErrorCode::EndOfStream, fmt::format("ended by a signal after {} of {} instants", number, count)};
+    }
+    const double t_s = static_cast<double>(number) / series.rate_hz;
+    if (const Status written = write(number, t_s, kFolderEpoch + from_s(t_s)); !written) return written;
+  }
+  return {};
+}
+
 }  // namespace
 
-Status write_folders(const std::filesystem::path& folder, const scene::Volume& volume, double rate_hz, double seconds,
-                     TruthFile& truth) {
+Status write_folders(const std::filesystem::path& folder, const scene::Volume& volume, const ImageSeries& series,
+                     TruthFile& truth, const std::atomic<bool>& end_asked) {
   std::vector<std::unique_ptr<Folder>> folders;
   for (std::size_t camera = 0; camera < volume.rig().size(); ++camera) {
     folders.push_back(std::make_unique<Folder>(folder / volume.rig()[camera].name, volume, camera));
     if (const auto opened = folders.back()->open(); !opened) return opened;
   }
-  const auto count = static_cast<std::uint64_t>(std::llround(seconds * rate_hz));
-  for (std::uint64_t number = 0; number < count; ++number) {
-    const double t_s = static_cast<double>(number) / rate_hz;
-    const Timestamp exposed_at = kFolderEpoch + from_s(t_s);
+  const auto write = [&](std::uint64_t number, double t_s, Timestamp exposed_at) -> Status {
     for (const auto& camera : folders) {
       const auto written = camera->write(number, t_s, volume.settings().exposure_s, exposed_at);
       if (!written) return written;
     }
     truth.write(t_s, exposed_at);
-  }
+    return {};
+  };
+  const Status ended = for_each_image(series, end_asked, write);
   for (const auto& camera : folders) {
     if (const auto closed = camera->close(); !closed) return closed;
   }
-  return {};
+  return ended;
+}
+
+Status write_truth(const ImageSeries& series, TruthFile& truth, const std::atomic<bool>& end_asked) {
+  return for_each_image(series, end_asked, [&](std::uint64_t, double t_s, Timestamp exposed_at) {
+    truth.write(t_s, exposed_at);
+    return Status();
+  });
 }
 
 }  // namespace mocap::sim

@@ -68,16 +68,15 @@ int run(const sim::Options& options) {
     const auto served = sim::serve_v4l2(options, volume, end_asked);
     return served ? kExitOk : fail(served.error());
   }
-  const double seconds = options.seconds > 0.0 ? options.seconds : kFolderSeconds;
+  const sim::ImageSeries series{options.rate_hz, options.seconds > 0.0 ? options.seconds : kFolderSeconds};
+  Status written;
   if (!options.folders.empty()) {
-    const auto written = sim::write_folders(options.folders, volume, options.rate_hz, seconds, **truth);
-    if (!written) return fail(written.error());
+    written = sim::write_folders(options.folders, volume, series, **truth, end_asked);
   } else if (!options.write_truth.empty()) {
-    for (double n = 0.0; n < seconds * options.rate_hz; ++n) {
-      (*truth)->write(n / options.rate_hz, sim::kFolderEpoch + from_s(n / options.rate_hz));
-    }
+    written = sim::write_truth(series, **truth, end_asked);
   }
   const auto finished = (*truth)->finish();
+  if (!written) return fail(written.error());
   return finished ? kExitOk : fail(finished.error());
 }
 
