@@ -77,9 +77,15 @@ TEST(Mocapctl, ImportsFitsAndShowsARecordedSubject) {
   EXPECT_EQ(replaced.exit, 0) << replaced.out;
   EXPECT_THAT(text_of(folder.path() / "anna.subject.toml"), ::testing::Not(HasSubstr("# my comment")));
 
-  const Ended fitted = run("subject fit --c3d " + support::quoted(kC3d / "pycgm_movement_42unlabelled_120.c3d") +
-                           " --rest " + support::quoted(kC3d / "pycgm_static_38unlabelled_120.c3d") + " --marker-set " +
-                           out + "/anna.markers.toml --out " + out + "/better.toml --name anna");
+  const std::string fit = "subject fit --c3d " + support::quoted(kC3d / "pycgm_movement_42unlabelled_120.c3d") +
+                          " --rest " + support::quoted(kC3d / "pycgm_static_38unlabelled_120.c3d") + " --marker-set " +
+                          out + "/anna.markers.toml --out " + out + "/better.toml --name anna";
+  folder.write("better.toml", "# my subject");
+  const Ended refused = run(fit);
+  EXPECT_EQ(refused.exit, 65);
+  EXPECT_THAT(refused.out, HasSubstr("better.toml exists and is kept"));
+  EXPECT_EQ(text_of(folder.path() / "better.toml"), "# my subject");
+  const Ended fitted = run(fit + " --replace");
   ASSERT_EQ(fitted.exit, 0) << fitted.out;
   EXPECT_THAT(fitted.out, HasSubstr("subject anna: 39 markers of anna"));
 
@@ -123,7 +129,10 @@ TEST(Mocapctl, ImportsASubjectWhoseLabelsFollowNoConventionByItsMotion) {
 
 TEST(Mocapctl, ReportsInvalidInput) {
   EXPECT_EQ(run("").exit, 64);
-  EXPECT_EQ(run("subject fit --marker-set x --out y").exit, 64);
+  EXPECT_EQ(run("subject fit --marker-set x --out y.toml").exit, 64);
+  const Ended no_toml = run("subject fit --c3d x.c3d --marker-set x --out walk.c3d");
+  EXPECT_EQ(no_toml.exit, 64);
+  EXPECT_THAT(no_toml.out, HasSubstr("--out is 'walk.c3d', expected a subject file FILE.toml"));
   EXPECT_EQ(run("subject import x.c3d --name n --out y --by-motion --skeleton z").exit, 64);
   const Ended missing = run("subject import nothing.c3d --name n --out /tmp --skeleton " +
                             support::quoted(kConfig / "skeletons/human18.toml"));
@@ -192,7 +201,7 @@ TEST(Mocapctl, DrawsTheShippedMarkerSetsAsTheirReadmeShowsThem) {
     EXPECT_EQ(drawn.exit, 0) << drawn.out;
     EXPECT_EQ(drawn.out, text_of(kConfig / "markersets" / "drawings" / (name + ".svg")))
         << "draw it again: mocapctl subject draw config/markersets/" << name
-        << ".toml --out config/markersets/drawings/" << name << ".svg";
+        << ".toml --replace --out config/markersets/drawings/" << name << ".svg";
     EXPECT_THAT(readme, HasSubstr("drawings/" + name + ".svg"));
   }
   EXPECT_GE(sets, 7U);
@@ -207,6 +216,14 @@ TEST(Mocapctl, DrawsEachMarkerWithItsLabelAndRefusesAnotherFile) {
 
   const std::string svg = text_of(picture);
   for (const char* label : {">HeadTop<", ">LHeel<", ">RToeTip<", ">BackLeft<"}) EXPECT_THAT(svg, HasSubstr(label));
+  const std::string again =
+      "subject draw " + (kConfig / "markersets/rigid4.toml").string() + " --out " + picture.string();
+  const Ended kept = run(again);
+  EXPECT_EQ(kept.exit, 65);
+  EXPECT_THAT(kept.out, HasSubstr("set.svg exists and is kept; expected another --out, or --replace"));
+  EXPECT_EQ(text_of(picture), svg);
+  EXPECT_EQ(run(again + " --replace").exit, 0);
+  EXPECT_NE(text_of(picture), svg);
   EXPECT_EQ(run("subject draw " + (kConfig / "demo.toml").string()).exit, 78);
   EXPECT_EQ(run("subject draw nothing.toml").exit, 66);
   EXPECT_EQ(run("subject show nothing.toml").exit, 66);
@@ -224,7 +241,7 @@ TEST(Mocapctl, DrawsIntoAPipeAndIntoTheFileBehindALink) {
   fs::create_symlink("real.svg", folder.path() / "link.svg");
 
   const Ended piped = run(draw + "/dev/stdout | cat");
-  const Ended linked = run(draw + (folder.path() / "link.svg").string());
+  const Ended linked = run(draw + (folder.path() / "link.svg").string() + " --replace");
 
   EXPECT_THAT(piped.out, HasSubstr(">HeadTop<"));
   EXPECT_EQ(linked.exit, 0) << linked.out;

@@ -72,6 +72,14 @@ settings::SubjectFile file_of(const bodyfit::FittedSubject& fitted, const Subjec
           .marker_residuals_m = fitted.residuals.marker_rms_m};
 }
 
+// A pipe or a device is no file that could be lost.
+Status check_absent_or_replaced(const SubjectOptions& options) {
+  std::error_code ignored;
+  if (options.replace || !fs::is_regular_file(options.out, ignored)) return {};
+  return Error{ErrorCode::InvalidArgument,
+               fmt::format("{} exists and is kept; expected another --out, or --replace", options.out.string())};
+}
+
 // Only a regular file is replaced: a pipe, a device or the file behind a link is written.
 Status write_picture(const fs::path& out, const std::string& svg) {
   std::error_code ignored;
@@ -208,6 +216,7 @@ void add_fit(cli::App& subject, SubjectOptions& options) {
       ->type_name("FILE.toml");
   command->add_option("--name", options.name, "name of the subject; default: name of the output file");
   command->add_option("--out", options.out, "the subject file to write")->required()->type_name("FILE.toml");
+  command->add_flag("--replace", options.replace, "replace this file if it exists");
   command->callback([&options] { options.run = run_fit; });
   command->add_flag("--json", options.json, "print JSON");
   command->add_option("--date", options.date, "date in the file; default: now, UTC")->type_name("TEXT");
@@ -232,6 +241,7 @@ void add_draw(cli::App& subject, SubjectOptions& options) {
       ->required()
       ->type_name("FILE.toml");
   command->add_option("--out", options.out, "the picture to write; default: standard output")->type_name("FILE.svg");
+  command->add_flag("--replace", options.replace, "replace this file if it exists");
   command->callback([&options] { options.run = run_draw; });
 }
 
@@ -285,6 +295,11 @@ int run_fit(const SubjectOptions& options) {
     say("expected a recording: one of --stream FILE.jsonl and --c3d FILE.c3d, or --rest FILE.c3d alone");
     return kExitUsage;
   }
+  if (options.out.extension() != ".toml") {
+    say("--out is '{}', expected a subject file FILE.toml", options.out.string());
+    return kExitUsage;
+  }
+  if (const Status absent = check_absent_or_replaced(options); !absent) return report_take_failure(absent.error());
   const settings::FoundFile set_file = settings::find_shipped(options.marker_set, {});
   if (!set_file.missing.empty()) {
     say("--marker-set: {}", set_file.missing);
@@ -352,7 +367,8 @@ int run_draw(const SubjectOptions& options) {
     fmt::print("{}", svg);
     return kExitOk;
   }
-  const Status saved = write_picture(options.out, svg);
+  Status saved = check_absent_or_replaced(options);
+  if (saved) saved = write_picture(options.out, svg);
   return saved ? kExitOk : report_take_failure(saved.error());
 }
 

@@ -14,7 +14,7 @@ struct SubjectOptions {
   std::string name;
   bool at_rest = false;            ///< import: the file is a static trial
   bool by_motion = false;          ///< import: bones are found in the motion
-  bool replace = false;            ///< import: replaces files of an earlier import
+  bool replace = false;            ///< import, fit, draw: replaces files that exist
   std::filesystem::path skeleton;  ///< import; empty: the shipped human18
   std::filesystem::path out;       ///< import: a folder; fit, draw: a file
   std::filesystem::path stream, c3d, rest, marker_set;
