@@ -180,8 +180,8 @@ void add_events(C3dParameters& all, const Clip& clip, const Shape& shape) {
 void add_origin(C3dParameters& all, const Clip& clip) {
   all.group("MANUFACTURER", "origin of the file");
   all.text("COMPANY", "mocapd", "");
-  all.text("SOFTWARE", clip.producer, "");
-  all.text("TAKE", clip.name, "name of the take");
+  all.text("SOFTWARE", cut_to(clip.producer, kMaxText_bytes), "");
+  all.text("TAKE", cut_to(clip.name, kMaxText_bytes), "name of the take");
   if (!clip.first_timecode) return;
   const Timecode& timecode = *clip.first_timecode;
   all.group("TIMECODE", "SMPTE timecode");

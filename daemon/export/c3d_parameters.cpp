@@ -103,8 +103,11 @@ void C3dParameters::reals(std::string_view name, std::initializer_list<std::size
 
 Result<std::string> C3dParameters::section() const {
   if (!too_long_.empty()) {
-    return Error{ErrorCode::InvalidArgument, fmt::format("C3D: '{}' has {} bytes, expected at most {}", too_long_,
-                                                         too_long_.size(), kMaxText_bytes)};
+    return Error{
+        ErrorCode::InvalidArgument,
+        fmt::format("C3D: the name '{}' has {} bytes, expected at most {}; shorten it where it is named (subject, "
+                    "marker set or skeleton) and record again, or export another format",
+                    too_long_, too_long_.size(), kMaxText_bytes)};
   }
   std::string section("\1P??", 4);
   section += records_;

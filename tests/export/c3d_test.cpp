@@ -147,6 +147,15 @@ TEST(WriteC3d, CutsNamesOfEventsBetweenCharacters) {
   EXPECT_EQ(file.header_text(199, 8), "H\u00fc xxxx");
 }
 
+TEST(WriteC3d, CutsTheNameOfTheTakeBetweenCharacters) {
+  Clip clip = testing::sample_clip();
+  clip.name = std::string(126, 'x') + "\u00e4";
+
+  const SpecC3d file(written(clip));
+
+  EXPECT_EQ(file["MANUFACTURER:TAKE"].text(0), std::string(126, 'x'));
+}
+
 TEST(WriteC3d, HasTheRateOfTheRecordedTimecode) {
   Clip clip = testing::sample_clip();
   clip.first_timecode = Timecode{1, 0, 0, 0, 25};
@@ -212,7 +221,7 @@ TEST(WriteC3d, RefusesWhatTheFormatCannotHold) {
 
   clip.events.clear();
   clip.subjects[0].subject.marker_set.markers[0].name = std::string(200, 'x');
-  EXPECT_THAT(write_c3d(clip, {}, nowhere).error().message, HasSubstr("expected at most 127"));
+  EXPECT_THAT(write_c3d(clip, {}, nowhere).error().message, HasSubstr("expected at most 127; shorten it"));
 
   clip.subjects.clear();
   EXPECT_EQ(write_c3d(clip, {}, nowhere).error().code, ErrorCode::InvalidArgument);
