@@ -7,6 +7,8 @@
 #include <charconv>
 #include <ctime>
 
+#include "take/mcap/encode_records.h"
+#include "take/mcap/writer.h"
 #include "wire/codec/utf8.h"
 
 namespace mocap::take {
@@ -58,11 +60,23 @@ class Keys {
   Status status_;
 };
 
-bool is_plain(std::string_view text, bool lines) {
-  return std::all_of(text.begin(), text.end(), [&](char c) {
-    const auto byte = static_cast<unsigned char>(c);
-    return (byte >= 0x20 && byte != 0x7F) || (lines && c == '\n');
-  });
+bool is_plain(char c, bool lines) {
+  const auto byte = static_cast<unsigned char>(c);
+  return (byte >= 0x20 && byte != 0x7F) || (lines && c == '\n');
+}
+
+// Fails with the byte of `text` that is at fault. `what`: as an error calls the text.
+Status check_text(const std::string& what, const std::string& text, bool lines) {
+  const std::string valid = wire::valid_utf8(text);
+  if (valid != text) {
+    const auto fault = std::ranges::mismatch(text, valid).in1 - text.begin();
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("take: {}: byte {} is not UTF-8, expected UTF-8", what, fault)};
+  }
+  const auto fault = std::ranges::find_if_not(text, [&](char c) { return is_plain(c, lines); });
+  if (fault == text.end()) return {};
+  return Error{ErrorCode::InvalidArgument, fmt::format("take: {}: byte {} is a control character, expected text{}",
+                                                       what, fault - text.begin(), lines ? " and newlines" : "")};
 }
 
 constexpr std::int64_t kAnyTime_ns = std::numeric_limits<std::int64_t>::max() / 4;
@@ -70,20 +84,19 @@ constexpr std::int64_t kAnyTime_ns = std::numeric_limits<std::int64_t>::max() / 
 }  // namespace
 
 Status check(const TakeInfo& info) {
+  std::vector<std::pair<const char*, const std::string&>> texts = {{"name", info.name},
+                                                                   {"slate", info.slate},
+                                                                   {"producer", info.producer},
+                                                                   {"start timecode", info.start_timecode},
+                                                                   {"end timecode", info.end_timecode}};
+  for (const std::string& tag : info.tags) texts.emplace_back("tag", tag);
   std::size_t bytes = info.notes.size();
-  std::vector<std::string> texts = info.tags;
-  texts.insert(texts.end(), {info.name, info.slate, info.producer, info.start_timecode, info.end_timecode});
-  for (const std::string& text : texts) {
+  for (const auto& [what, text] : texts) {
     bytes += text.size();
-    if (wire::valid_utf8(text) != text)
-      return Error{ErrorCode::InvalidArgument, fmt::format("take: '{}' is not UTF-8", wire::valid_utf8(text))};
-    if (!is_plain(text, false))
-      return Error{ErrorCode::InvalidArgument, fmt::format("take: '{}' has control characters, expected text", text)};
+    const std::string named = fmt::format("{} '{}'", what, wire::valid_utf8(text));
+    if (const Status valid = check_text(named, text, false); !valid) return valid;
   }
-  if (wire::valid_utf8(info.notes) != info.notes)
-    return Error{ErrorCode::InvalidArgument, "take: the notes are not UTF-8, expected UTF-8"};
-  if (!is_plain(info.notes, true))
-    return Error{ErrorCode::InvalidArgument, "take: the notes have control characters, expected text and newlines"};
+  if (const Status valid = check_text("notes", info.notes, true); !valid) return valid;
   if (bytes > kMaxInfo_bytes) {
     return Error{ErrorCode::InvalidArgument,
                  fmt::format("take: name, notes and tags have {} bytes, expected at most {}", bytes, kMaxInfo_bytes)};
@@ -125,6 +138,12 @@ mcap::Metadata encode(const TakeInfo& info) {
   texts["end_timecode"] = info.end_timecode;
   texts["repaired"] = info.repaired ? std::string("1") : std::string();
   return metadata;
+}
+
+bool fits_on_a_full_disk(const TakeInfo& info) {
+  std::string bytes;
+  mcap::encode(encode(info), bytes);
+  return bytes.size() <= mcap::kMaxLastMetadata_bytes;
 }
 
 Result<TakeInfo> decode_info(const mcap::Metadata& metadata) {

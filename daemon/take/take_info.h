@@ -38,7 +38,7 @@ inline constexpr int kMaxRating = 5;
 /// began with the run, so that tracking it again gives the same snapshots.
 inline constexpr const char* kFirstSetOfRun = "first_set_of_run";
 
-/// Largest total of the texts, so that they fit into the space that a recording keeps free for its end.
+/// Largest total of the texts but `others`. It leaves space for `others` in mcap::kMaxLastMetadata_bytes.
 inline constexpr std::size_t kMaxInfo_bytes = 12 * 1024;
 
 /// Fails with InvalidArgument if a text has control characters other than newlines in notes, if the texts exceed
@@ -50,6 +50,9 @@ Status check(const TakeInfo& info);
 std::string plain_text(const std::string& text);
 
 mcap::Metadata encode(const TakeInfo& info);
+
+/// Whether a recording that a full disk has ended can write the info (mcap::kMaxLastMetadata_bytes).
+bool fits_on_a_full_disk(const TakeInfo& info);
 
 /// Bytes that are not UTF-8, of versions that did not check the texts, become '?'. Fails with InvalidArgument if a
 /// number cannot be read.

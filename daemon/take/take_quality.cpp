@@ -105,7 +105,8 @@ void judge(QualityReport& report) {
   reasons.most(share(report.lost_sets, all), 0.0, kBadLostShare,
                fmt::format("{} of {} sets lost{}", report.lost_sets, all, cause_of(report)));
   if (report.lost_images > 0) {
-    reasons.least(0.5, 1.0, 0.0, fmt::format("the disk was too slow for {} images", report.lost_images));
+    reasons.least(0.5, 1.0, 0.0,
+                  fmt::format("the processor or the disk was too slow for {} images", report.lost_images));
   }
   for (const SubjectFigures& subject : report.subjects) judge_subject(report, subject, reasons);
   for (const CameraFigures& camera : report.cameras) {
@@ -270,7 +271,7 @@ void add_quality(TakeInfo& info, const QualityReport& report, const std::string&
   for (const auto& [key, text] : texts) {
     if (text.empty()) continue;
     info.others[key] = text;
-    if (!check(info)) info.others.erase(key);
+    if (!fits_on_a_full_disk(info)) info.others.erase(key);
   }
 }
 

@@ -53,8 +53,8 @@ const char* name_of(TakeQuality quality);
 /// The report as JSON on one line; shares are in percent of the sets.
 std::string to_json(const QualityReport& report);
 
-/// Adds the quality to the info of a take, as far as its bound permits: the most important first. `ended_early`: why
-/// the take ended before its time; empty: it did not.
+/// Adds the quality to the info of a take as far as the info then `fits_on_a_full_disk`: the most important first.
+/// `ended_early`: why the take ended before its time; empty: it did not.
 void add_quality(TakeInfo& info, const QualityReport& report, const std::string& ended_early);
 
 /// Removes what `add_quality` added.

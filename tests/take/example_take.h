@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/typical_snapshot.h"
+#include "take/take_quality.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
 #include "wire/codec/camera_blobs.h"
@@ -88,6 +89,19 @@ inline Status append_example(TakeWriter& writer, std::uint64_t from, std::uint64
     if (const Status appended = writer.append(example_snapshot(set)); !appended) return appended;
   }
   return {};
+}
+
+/// The quality of a take in which all markers of many people were lost.
+inline QualityReport crowd_report(std::size_t people) {
+  Description description = support::typical_description({53, 20, kExampleCameras});
+  description.subjects.resize(people, description.subjects.front());
+  for (std::size_t i = 0; i < people; ++i) description.subjects[i].name = "person " + std::to_string(i);
+  TakeMeter meter;
+  meter.describe(description);
+  v1::Snapshot snapshot;
+  snapshot.set_number(1);
+  meter.add(snapshot);
+  return meter.report();
 }
 
 inline TakeInfo example_end(std::uint64_t sets) {

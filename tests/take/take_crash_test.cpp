@@ -138,12 +138,14 @@ int record_on_a_full_disk(const std::filesystem::path& folder) {
   if (!writer) return 1;
   const Status failed = append_example(**writer, 0, 100'000);
   if (failed) return 2;
-  const Status finished = (*writer)->finish(example_end(100'000));
+  TakeInfo end = example_end(100'000);
+  add_quality(end, crowd_report(kMaxSubjects), "the disk is full");
+  const Status finished = (*writer)->finish(end);
   if (finished || finished.error().message != failed.error().message) return 3;
   const auto reader = TakeReader::open(path);
   if (!reader) return 4;
   // The file is complete: the space of the index was reserved.
-  if (reader->cut_off() || !reader->info().ended_at) return 5;
+  if (reader->cut_off() || !reader->info().ended_at || !reader->info().others.contains("quality")) return 5;
   const ExampleContent content = read_example(*reader);
   if (content.wrong + content.errors > 0 || !content.has_no_gap() || content.snapshots.size() < 50) return 6;
   if (!verify_take(path)->empty()) return 7;

@@ -128,5 +128,19 @@ TEST(TakeQuality, TellsTheCameraThatDeliversLess) {
   EXPECT_TRUE(has_reason(report, "in 90.0 % of the sets"));
 }
 
+TEST(TakeQuality, IsAddedAsFarAsItFitsOnAFullDisk) {
+  TakeInfo few, many;
+  many.notes = std::string(kMaxInfo_bytes, 'n');
+
+  add_quality(few, crowd_report(6), "");
+  add_quality(many, crowd_report(kMaxSubjects), "the disk is full");
+
+  EXPECT_TRUE(few.others.contains("quality_figures"));
+  EXPECT_FALSE(many.others.contains("quality_figures"));
+  EXPECT_EQ(many.others.at("quality"), "bad");
+  EXPECT_EQ(many.others.at("ended_early"), "the disk is full");
+  EXPECT_TRUE(fits_on_a_full_disk(many));
+}
+
 }  // namespace take_quality_test
 }  // namespace mocap::take

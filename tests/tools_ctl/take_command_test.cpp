@@ -97,7 +97,7 @@ TEST_F(TakeCommand, RefusesNotesThatAreNotUtf8) {
   const Ended refused = run("note \"$(printf 'caf\\351')\" walk-3.mcap");
 
   EXPECT_EQ(refused.exit, 65);
-  EXPECT_THAT(refused.out, HasSubstr("the notes are not UTF-8"));
+  EXPECT_THAT(refused.out, HasSubstr("notes: byte 3 is not UTF-8"));
 }
 
 // A take of another program.

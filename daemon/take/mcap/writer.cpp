@@ -12,8 +12,9 @@
 namespace mocap::take::mcap {
 namespace {
 
-// Space that stays reserved for metadata that are added before the end, beside the index.
-constexpr std::uint64_t kSpare_bytes = 64 * 1024;
+// Space that stays reserved beside the index, for metadata that are added before the end. Twice their bound, because a
+// file system has blocks of its own size.
+constexpr std::uint64_t kSpare_bytes = 2 * kMaxLastMetadata_bytes;
 
 // Bounds of the size of index records besides their texts.
 constexpr std::uint64_t kIndexRecord_bytes = 128;
@@ -77,7 +78,9 @@ Status Writer::add_metadata(const Metadata& metadata) {
   summary_bytes_ += kIndexRecord_bytes + metadata.name.size();
   const std::uint64_t at = written_bytes_;
   // Small metadata fit into the spare space when the disk is full.
-  if (const Status reserved = reserve(bytes_.size()); !reserved && bytes_.size() > kSpare_bytes / 4) return reserved;
+  if (const Status reserved = reserve(bytes_.size()); !reserved && bytes_.size() > kMaxLastMetadata_bytes) {
+    return reserved;
+  }
   if (const Status written = write(bytes_); !written) return written;
   summary_.add(MetadataIndex{at, bytes_.size(), metadata.name});
   return {};

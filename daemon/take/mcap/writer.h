@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -17,6 +18,9 @@
 #include "take/recordings/output_file.h"
 
 namespace mocap::take::mcap {
+
+/// Metadata up to this size can be added to a recording that a full disk has ended.
+inline constexpr std::size_t kMaxLastMetadata_bytes = 32 * 1024;
 
 struct WriterSettings {
   Compression compression = Compression::Zstd;
@@ -43,6 +47,7 @@ class Writer {
   /// Returns the id of the channel. `schema`: 0 or the id of a schema.
   Result<std::uint16_t> add_channel(std::string topic, std::string message_encoding, std::uint16_t schema);
   Status add_attachment(const Attachment& attachment);
+  /// After a full disk: fails for more than kMaxLastMetadata_bytes.
   Status add_metadata(const Metadata& metadata);
 
   /// Appends a message to the open chunk. Precondition: `channel` is the id of a channel. Fails with Io, and with

@@ -53,9 +53,6 @@ Result<NewTake> NewTake::create(const std::filesystem::path& path, const take::T
   if (!content.made_of.empty()) start.info.others[kMadeOf] = std::move(content.made_of);
   start.description = content.description;
   start.files = std::move(content.files);
-  for (const char* key : {kOrigin, kMadeOf}) {
-    if (!take::check(start.info)) start.info.others.erase(key);  // no space is left for it
-  }
   Result<PartTake> file = PartTake::create(path, start);
   if (!file) return file.error();
   return NewTake(*std::move(file), start.info, span, std::move(content.description));
