@@ -3,9 +3,11 @@
 #include <fmt/core.h>
 
 #include <cerrno>
-#include <cstring>
+#include <functional>
+#include <utility>
 
 #include "base/move_file.h"
+#include "take/recordings/disk_reason.h"
 #include "take/recordings/output_file.h"
 #include "take/take_reader.h"
 
@@ -20,6 +22,21 @@ TakeInfo edited(TakeInfo info, const TakeEdit& edit) {
   if (edit.tags) info.tags = *edit.tags;
   if (edit.rating) info.rating = *edit.rating;
   return info;
+}
+
+// Reads the info, changes it and writes it while no other process changes the file.
+Result<TakeInfo> change_info(const std::filesystem::path& path,
+                             const std::function<Result<TakeInfo>(const TakeReader&)>& change) {
+  Result<TakeInfo> changed = TakeInfo();
+  const Status added = mcap::add_metadata(path, [&]() -> Result<mcap::Metadata> {
+    const Result<TakeReader> reader = TakeReader::open(path);
+    if (!reader) return reader.error();
+    changed = change(*reader);
+    if (!changed) return changed.error();
+    return encode(*changed);
+  });
+  if (!added) return added.error();
+  return changed;
 }
 
 // The fault of one message; nothing if it can be decoded.
@@ -51,23 +68,23 @@ std::string free_name_beside(const std::filesystem::path& path) {
 }  // namespace
 
 Result<TakeInfo> edit_take(const std::filesystem::path& path, const TakeEdit& edit) {
-  const Result<TakeReader> reader = TakeReader::open(path);
-  if (!reader) return reader.error();
-  TakeInfo info = edited(reader->info(), edit);
-  if (const Status valid = check(info); !valid) return valid.error();
-  if (const Status added = mcap::add_metadata(path, encode(info)); !added) return added.error();
-  return info;
+  return change_info(path, [&](const TakeReader& reader) -> Result<TakeInfo> {
+    TakeInfo info = edited(reader.info(), edit);
+    if (const Status valid = check(info); !valid) return valid.error();
+    return info;
+  });
 }
 
 Result<mcap::Repair> repair_take(const std::filesystem::path& path) {
   const Result<mcap::Repair> repair = mcap::repair_file(path);
   if (!repair) return repair;
-  const Result<TakeReader> reader = TakeReader::open(path);
-  if (!reader) return reader.error();
-  TakeInfo info = reader->info();
-  if (!info.ended_at) info.ended_at = reader->last_at();
-  info.repaired = true;
-  if (const Status added = mcap::add_metadata(path, encode(info)); !added) return added.error();
+  const Result<TakeInfo> noted = change_info(path, [](const TakeReader& reader) -> Result<TakeInfo> {
+    TakeInfo info = reader.info();
+    if (!info.ended_at) info.ended_at = reader.last_at();
+    info.repaired = true;
+    return info;
+  });
+  if (!noted) return noted.error();
   return repair;
 }
 
@@ -102,7 +119,8 @@ Result<std::filesystem::path> rename_take(const std::filesystem::path& path, con
     return Error{ErrorCode::InvalidArgument,
                  fmt::format("'{}' exists; the next free name is '{}'", renamed.string(), free_name_beside(renamed))};
   }
-  return Error{ErrorCode::Io, fmt::format("'{}' cannot be renamed: {}", path.string(), std::strerror(errno))};
+  return Error{ErrorCode::Io,
+               fmt::format("'{}' cannot be renamed to '{}': {}", path.string(), renamed.string(), disk_reason(errno))};
 }
 
 }  // namespace mocap::take

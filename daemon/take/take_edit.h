@@ -22,7 +22,8 @@ struct TakeEdit {
   std::optional<int> rating;
 };
 
-/// Changes the info of a complete take, without writing its messages again. Returns the new info. Fails as
+/// Changes the info of a complete take, without writing its messages again; two edits at once lose no change: one of
+/// them may fail with Busy. Returns the new info. Fails as
 /// mcap::add_metadata and as `check`.
 Result<TakeInfo> edit_take(const std::filesystem::path& path, const TakeEdit& edit);
 

@@ -82,6 +82,13 @@ TEST_F(OutputFileTest, RejectsAFolder) {
   EXPECT_THAT(file.error().message, HasSubstr("folder.pb' cannot be opened: Is a directory"));
 }
 
+TEST_F(OutputFileTest, SaysWhatToDoIfItsFolderIsMissing) {
+  const auto file = OutputFile::create(path("missing/take.pb"));
+
+  ASSERT_FALSE(file);
+  EXPECT_THAT(file.error().message, HasSubstr("take.pb' cannot be opened: No such file or directory; make its folder"));
+}
+
 TEST_F(OutputFileTest, CountsRecordsAndBytes) {
   auto file = OutputFile::create(path("take.pb"));
   ASSERT_TRUE(file);

@@ -8,19 +8,21 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "base/sync_folder.h"
 #include "take/mcap/crc.h"
 #include "take/mcap/encode_records.h"
 #include "take/mcap/reader.h"
+#include "take/recordings/disk_reason.h"
 
 namespace mocap::take::mcap {
 namespace {
 
-Error system_error(const std::string& path, const char* what) {
-  return {ErrorCode::Io, fmt::format("'{}' {}: {}", path, what, std::strerror(errno))};
+Error system_error(const std::string& path, const std::string& what) {
+  const int reason = errno;
+  return {reason == ENOENT ? ErrorCode::NotFound : ErrorCode::Io,
+          fmt::format("'{}' {}: {}", path, what, disk_reason(reason))};
 }
 
 // A file that this process alone may change, until the destructor.
@@ -29,7 +31,7 @@ class LockedFile {
   static Result<LockedFile> open(const std::filesystem::path& path, int flags) {
     LockedFile file(path.string(), ::open(path.c_str(), flags | O_CLOEXEC, 0644));
     if (file.file_ < 0) return system_error(path.string(), "cannot be opened for writing");
-    if (::flock(file.file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    if ((::flock(file.file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) || !file.is_at_its_path()) {
       return Error{ErrorCode::Busy,
                    fmt::format("'{}' is being written by another process; wait until it has ended", path.string())};
     }
@@ -71,6 +73,14 @@ class LockedFile {
 
  private:
   LockedFile(std::string path, int file) : path_(std::move(path)), file_(file) {}
+
+  // Not so if another process replaced the file (repair_file) before this one had the lock.
+  bool is_at_its_path() const {
+    struct stat opened {};
+    struct stat named {};
+    return ::fstat(file_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+           opened.st_ino == named.st_ino;
+  }
 
   std::string path_;
   int file_;
@@ -232,6 +242,10 @@ bool has_last_magic(const InputFile& file) {
 }  // namespace
 
 Status add_metadata(const std::filesystem::path& path, const Metadata& metadata) {
+  return add_metadata(path, [&] { return Result<Metadata>(metadata); });
+}
+
+Status add_metadata(const std::filesystem::path& path, const std::function<Result<Metadata>()>& make) {
   const Result<LockedFile> file = LockedFile::open(path, O_RDWR);
   if (!file) return file.error();
   const Result<Reader> reader = Reader::open(path);
@@ -241,10 +255,12 @@ Status add_metadata(const std::filesystem::path& path, const Metadata& metadata)
   }
   const Result<DataSectionEnd> end = data_end_of(*reader);
   if (!end) return end.error();
+  const Result<Metadata> metadata = make();
+  if (!metadata) return metadata.error();
   std::string bytes;
-  encode(metadata, bytes);
+  encode(*metadata, bytes);
   Summary summary = reader->summary();
-  summary.add(MetadataIndex{end->bytes, bytes.size(), metadata.name});
+  summary.add(MetadataIndex{end->bytes, bytes.size(), metadata->name});
   // The checksum 0 means unknown, and stays unknown.
   const std::uint32_t crc = end->crc == 0 ? 0 : crc32_of(bytes, end->crc);
   bytes += encode_file_end(summary, end->bytes + bytes.size(), crc);
@@ -271,7 +287,9 @@ Result<Repair> repair_file(const std::filesystem::path& path) {
   if (::fstat(lock->descriptor(), &mode) == 0) (void)::fchmod(copy->descriptor(), mode.st_mode & 07777);
   const Result<Scan> scanned = copy_records(*reader, *copy);
   if (!scanned || ::rename(beside.c_str(), path.c_str()) != 0) {
-    const Error failed = scanned ? system_error(path.string(), "cannot be replaced") : scanned.error();
+    const Error failed = scanned
+                             ? system_error(beside.string(), fmt::format("cannot be renamed to '{}'", path.string()))
+                             : scanned.error();
     ::unlink(beside.c_str());
     return failed;
   }

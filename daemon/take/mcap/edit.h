@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "base/result.h"
@@ -12,9 +13,13 @@ namespace mocap::take::mcap {
 
 /// Adds a metadata record to a complete file, without writing its messages again: the record and a new index replace
 /// the old index. At each instant the file on the disk has all its messages; after a crash the index or the new record
-/// may be missing (repair_file). Fails with Busy (another process writes the file), InvalidArgument (no valid index:
-/// repair first) and Io; a full disk leaves the file as it was.
+/// may be missing (repair_file). Fails with Busy (another process writes the file), NotFound, InvalidArgument (no valid
+/// index: repair first) and Io; a full disk leaves the file as it was.
 Status add_metadata(const std::filesystem::path& path, const Metadata& metadata);
+
+/// Adds the metadata that `make` returns while no other process changes the file: `make` can read there what it
+/// changes. Fails as `make` does, too; the file is then as it was.
+Status add_metadata(const std::filesystem::path& path, const std::function<Result<Metadata>()>& make);
 
 /// The result of `repair_file`: what it kept and left out.
 struct Repair {

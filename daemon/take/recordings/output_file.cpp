@@ -16,6 +16,7 @@
 
 #include "base/log.h"
 #include "base/sync_folder.h"
+#include "take/recordings/disk_reason.h"
 
 namespace mocap::take {
 namespace {
@@ -27,7 +28,9 @@ constexpr std::size_t kPiece_bytes = 64 * 1024;
 constexpr std::uint64_t kReserve_bytes = 1024 * 1024;
 
 Error cannot_open(const std::filesystem::path& path) {
-  return {ErrorCode::Io, fmt::format("recording '{}' cannot be opened: {}", path.string(), std::strerror(errno))};
+  const int reason = errno;
+  return {ErrorCode::Io, fmt::format("recording '{}' cannot be opened: {}{}", path.string(), disk_reason(reason),
+                                     reason == ENOENT ? "; make its folder" : "")};
 }
 
 // Returns -1 and sets errno to EEXIST if the path exists.
@@ -150,8 +153,8 @@ Status OutputFile::reserve(std::uint64_t bytes) {
     }
     if (errno != ENOSPC && errno != EDQUOT) return {};  // a file system that cannot reserve, a pipe, a device
   }
-  return Error{ErrorCode::Io, fmt::format("recording '{}': the disk has no space for {} more bytes: {}; free space",
-                                          path_, bytes, std::strerror(errno))};
+  return Error{ErrorCode::Io, fmt::format("recording '{}': the disk has no space for {} more bytes: {}", path_, bytes,
+                                          disk_reason(errno))};
 }
 
 Status OutputFile::flush() {
@@ -187,7 +190,7 @@ void OutputFile::keep_whole_records(std::size_t written_bytes) {
 }
 
 Status OutputFile::fail(const char* what) {
-  failure_ = Error{ErrorCode::Io, fmt::format("recording '{}' {}: {}", path_, what, std::strerror(errno))};
+  failure_ = Error{ErrorCode::Io, fmt::format("recording '{}' {}: {}", path_, what, disk_reason(errno))};
   return *failure_;
 }
 
