@@ -29,6 +29,7 @@ struct KeyDoc {
   bool example_is_active = false;  ///< the example is a line of its own; otherwise a comment
   std::string_view required = {};  ///< what a file must give: "key is missing, expected ..."; empty: may be absent
   bool must_exist = false;         ///< of a path: loading a file fails if nothing is there
+  std::string_view formerly = {};  ///< former name of the key, which a file may still have
 };
 
 /// One key of a configuration table.

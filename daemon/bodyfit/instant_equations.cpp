@@ -21,7 +21,7 @@ constexpr double kSmallStep = 1e-6;  // m, rad: below this step a pose has conve
 constexpr int kMaxCommonPasses = 8;  // the residuals of inliers need two or three
 
 AngleRange range_of(const Bone& bone, int axis) {
-  return bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
+  return bone.rotation_limits[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
 }
 
 // Excess of the rotation vector `phi` over the joint's range, by axis.

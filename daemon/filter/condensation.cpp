@@ -20,7 +20,7 @@ Condensation<N>::Condensation(const CondensationSettings& settings, const Seen<N
     : settings_(settings),
       random_(settings.seed),
       count_(static_cast<std::size_t>(std::clamp(settings.particles, 2, kMaxParticles))) {
-  scatter(first, Vector<N>::Zero(), settings.birth_speed_u_s);
+  scatter(first, Vector<N>::Zero(), settings.initial_speed_u_s);
 }
 
 template <int N>

@@ -15,7 +15,7 @@ inline constexpr int kMaxParticles = 256;
 struct CondensationSettings {
   int particles = 100;              ///< 2 to kMaxParticles
   double acceleration_u_s2 = 10.0;  ///< standard deviation of the acceleration, each axis
-  double birth_speed_u_s = 1.0;     ///< standard deviation of the velocity of a new track, each axis
+  double initial_speed_u_s = 1.0;   ///< standard deviation of the velocity of a new track, each axis
   /// standard deviation added to that of a measurement: with few particles, none is near a precise measurement
   double sighting_u = 1.0;
   double gate_floor_u = 0.0;  ///< standard deviation added to the gate

@@ -11,8 +11,8 @@
 namespace mocap::filter {
 namespace {
 
-// Weight of the last innovation in the agility: an average over about three steps.
-constexpr double kAgilityRate = 0.3;
+// Weight of the last innovation in the noise scale: an average over about three steps.
+constexpr double kNoiseScaleRate = 0.3;
 
 // A column of three numbers, of which the first two share one 128-bit register. A product of two matrices then takes
 // about half the instructions of scalar code.
@@ -72,13 +72,13 @@ Kalman<N>::Kalman(const KalmanSettings& settings, const Seen<N>& first)
       velocity_(Vector<N>::Zero()),
       pp_(first.covariance),
       pv_(Matrix<N>::Zero()),
-      vv_(Matrix<N>::Identity() * settings.birth_speed_u_s * settings.birth_speed_u_s) {}
+      vv_(Matrix<N>::Identity() * settings.initial_speed_u_s * settings.initial_speed_u_s) {}
 
 // Variance of the acceleration, each axis.
 template <int N>
 double Kalman<N>::acceleration_variance() const {
   const double sigma = settings_.acceleration_u_s2 + settings_.acceleration_per_speed * speed_;
-  return sigma * sigma * agility_;
+  return sigma * sigma * noise_scale_;
 }
 
 template <int N>
@@ -120,8 +120,8 @@ void Kalman<N>::update(const Seen<N>& seen) {
   apply_measurement(innovation, weight);
   speed_ = velocity_.norm();
   const double normalised_innovation2 = innovation.dot(weight * innovation) / N;
-  agility_ += kAgilityRate * (normalised_innovation2 - agility_);
-  agility_ = std::clamp(agility_, 1.0, std::max(1.0, settings_.max_agility));
+  noise_scale_ += kNoiseScaleRate * (normalised_innovation2 - noise_scale_);
+  noise_scale_ = std::clamp(noise_scale_, 1.0, std::max(1.0, settings_.max_noise_scale));
 }
 
 template <>

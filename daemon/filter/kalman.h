@@ -9,15 +9,15 @@ namespace mocap::filter {
 struct KalmanSettings {
   double acceleration_u_s2 = 10.0;      ///< standard deviation of the acceleration, each axis
   double acceleration_per_speed = 0.0;  ///< added to it for each u/s of speed: fast limbs accelerate more
-  double birth_speed_u_s = 1.0;         ///< standard deviation of the velocity of a new track, each axis
+  double initial_speed_u_s = 1.0;       ///< standard deviation of the velocity of a new track, each axis
   double gate_floor_u = 0.0;            ///< standard deviation added to the gate
   double gate_per_speed = 0.0;          ///< the same for each u of predicted motion in a step
-  double max_agility = 1.0;             ///< largest factor on the variance of the process noise; 1: no adaptation
+  double max_noise_scale = 1.0;         ///< largest factor on the variance of the process noise; 1: no adaptation
   double coast_half_life_s = 0.0;       ///< half-life of the speed without measurements; 0: constant speed
   bool white_noise = false;             ///< the acceleration varies within a step; false: it is constant in a step
 
   void archive(Archive& members) {
-    members(acceleration_u_s2, acceleration_per_speed, birth_speed_u_s, gate_floor_u, gate_per_speed, max_agility,
+    members(acceleration_u_s2, acceleration_per_speed, initial_speed_u_s, gate_floor_u, gate_per_speed, max_noise_scale,
             coast_half_life_s, white_noise);
   }
 };
@@ -32,8 +32,8 @@ struct KalmanSettings {
 /// uncertainty of its own, and the oscillation decays.
 ///
 /// The axes are coupled if the covariances of the measurements couple them: two cameras measure a marker less precisely
-/// along their line of sight. The process noise increases with the speed and with the agility, the smoothed ratio of
-/// squared innovations to their expectation.
+/// along their line of sight. The process noise increases with the speed and with the noise scale, the smoothed ratio
+/// of squared innovations to their expectation.
 ///
 /// Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001): the filter,
 /// section 5.2.3; the model (discrete white noise acceleration), section 6.3.2, or continuous white noise
@@ -56,7 +56,9 @@ class Kalman {
   const Matrix<N>& cross_covariance() const { return pv_; }  ///< row: point, column: velocity
 
   /// Writes the belief, or takes it over from an object that was built with the same settings (see Archive).
-  void archive(Archive& members) { members(settings_, point_, velocity_, pp_, pv_, vv_, speed_, agility_, last_dt_s_); }
+  void archive(Archive& members) {
+    members(settings_, point_, velocity_, pp_, pv_, vv_, speed_, noise_scale_, last_dt_s_);
+  }
 
  private:
   double acceleration_variance() const;
@@ -67,7 +69,7 @@ class Kalman {
   Vector<N> velocity_;
   Matrix<N> pp_, pv_, vv_;
   double speed_ = 0.0;
-  double agility_ = 1.0;
+  double noise_scale_ = 1.0;
   double last_dt_s_ = 0.0;
 };
 

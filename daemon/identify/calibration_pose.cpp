@@ -24,7 +24,7 @@ struct Joints {
 };
 
 bool has_range(const Bone& bone, double angle_x_rad) {
-  const auto& range = bone.turns[0];
+  const auto& range = bone.rotation_limits[0];
   return range && range->min_rad <= angle_x_rad && range->max_rad >= angle_x_rad;
 }
 
@@ -68,7 +68,7 @@ std::optional<CalibrationPose> make_a_pose(const MarkerSet& set, double by_rad) 
     pose.rotations.push_back(lowered ? about_x(here == left ? -by_rad : by_rad) : above);
     // The ranges are about the axes of the bone, which differ from the axes of the moved frame: they no longer apply.
     const bool moved = pose.rotations.back().w() < 1.0;
-    if (moved) bone.turns.fill(AngleRange{});
+    if (moved) bone.rotation_limits.fill(AngleRange{});
   }
   for (MarkerOnBone& marker : pose.set.markers)
     marker.offset_m = pose.rotations[static_cast<std::size_t>(marker.bone)] * marker.offset_m;

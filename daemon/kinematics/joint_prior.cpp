@@ -8,11 +8,11 @@
 namespace mocap::kinematics {
 JointPrior::JointPrior(const Bone& bone, bool root) : root_(root), has_locked_axis_(false) {
   for (int axis = 0; axis < 3; ++axis) {
-    const auto& turns = bone.turns[static_cast<std::size_t>(axis)];
-    const AngleRange range = turns.value_or(AngleRange{0.0, 0.0});
+    const auto& limits = bone.rotation_limits[static_cast<std::size_t>(axis)];
+    const AngleRange range = limits.value_or(AngleRange{0.0, 0.0});
     min_rad_[axis] = range.min_rad;
     max_rad_[axis] = range.max_rad;
-    free_axes_[axis] = root || turns ? 1.0 : 0.0;
+    free_axes_[axis] = root || limits ? 1.0 : 0.0;
     has_locked_axis_ = has_locked_axis_ || free_axes_[axis] == 0.0;
   }
 }

@@ -23,7 +23,7 @@ std::vector<bool> rotation_observability(const MarkerSet& set) {
   for (std::size_t b = 1; b < bones.size(); ++b) {
     Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
     for (int axis = 0; axis < 3; ++axis) {
-      const auto& range = bones[b].turns[static_cast<std::size_t>(axis)];
+      const auto& range = bones[b].rotation_limits[static_cast<std::size_t>(axis)];
       if (range) rotation[axis] = 0.5 * (range->min_rad + range->max_rad);
     }
     middle[b].rotation = from_rotation_vector(rotation);

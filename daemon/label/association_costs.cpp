@@ -36,7 +36,7 @@ constexpr double kLimbLength_m = 0.35;
 constexpr double kContinuityBonus = 6.0;
 
 // Change of an inter-marker distance that skin allows.
-double slack_of(const identify::InterMarkerDistance& constraint, double base_m) {
+double tolerance_of(const identify::InterMarkerDistance& constraint, double base_m) {
   return base_m + 0.05 * constraint.max_m;
 }
 
@@ -52,7 +52,7 @@ bool SubjectLabeller::satisfies_distances(std::size_t marker, const Eigen::Vecto
     if (!accepted_[other] || !is_measured(other, tracks)) continue;
     const double apart = (tracks[memories_[other].index].position.v - at).norm();
     const double over = std::max(constraint.min_m - apart, apart - constraint.max_m);
-    (over > slack_of(constraint, settings_.tie_slack_m) ? violated_count : satisfied_count) += 1;
+    (over > tolerance_of(constraint, settings_.distance_tolerance_m) ? violated_count : satisfied_count) += 1;
   }
   return violated_count <= satisfied_count / 3;
 }

@@ -18,8 +18,9 @@ void declare_keys(KeyVisitor& keys, LabelSettings& label) {
               {.help = "smallest fraction of its markers that a T-pose shows"});
   keys.millimetres("rigid_tolerance_mm", label.rigid_tolerance_m, {0.1, 1000},
                    {.help = "largest distance of a rigid body's markers from their places"});
-  keys.millimetres("tie_slack_mm", label.tie_slack_m, {0, 1000},
-                   {.help = "change of an inter-marker distance that skin allows, beside 5 % of the distance"});
+  keys.millimetres("distance_tolerance_mm", label.distance_tolerance_m, {0, 1000},
+                   {.help = "change of an inter-marker distance that skin allows, beside 5 % of the distance",
+                    .formerly = "tie_slack_mm"});
   keys.millimetres("most_gate_mm", label.most_gate_m, {1, 5000},
                    {.help = "largest distance from its prediction at which a lost marker is looked for"});
   keys.time(

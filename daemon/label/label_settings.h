@@ -21,7 +21,7 @@ struct LabelSettings {
   double most_rms_m = 0.02;
   double least_share = 0.85;
   double rigid_tolerance_m = 0.006;
-  double tie_slack_m = 0.02;
+  double distance_tolerance_m = 0.02;
   double most_gate_m = 0.25;
   Duration lost_after = std::chrono::milliseconds(500);
 };

@@ -30,8 +30,8 @@ struct Bone {
   std::string name;
   int parent = -1;  ///< index of an earlier bone; -1: root
   Eigen::Vector3d rest_offset_m =
-      Eigen::Vector3d::Zero();                     ///< from the parent's joint to the bone's joint, in rest pose
-  std::array<std::optional<AngleRange>, 3> turns;  ///< limits about x, y, z; empty: no rotation about that axis
+      Eigen::Vector3d::Zero();  ///< from the parent's joint to the bone's joint, in rest pose
+  std::array<std::optional<AngleRange>, 3> rotation_limits;  ///< about x, y, z; empty: no rotation about that axis
   BoneAliases aliases;
 };
 

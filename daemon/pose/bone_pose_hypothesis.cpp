@@ -35,7 +35,7 @@ double squared_range_excess(const Bone& bone, const Eigen::Quaterniond& local) {
   const Eigen::Vector3d phi = kinematics::rotation_vector(local);
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
+    const auto range = bone.rotation_limits[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
     const double by = phi[axis] - std::clamp(phi[axis], range.min_rad, range.max_rad);
     sum += by * by;
   }

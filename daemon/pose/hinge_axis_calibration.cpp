@@ -24,11 +24,11 @@ constexpr double kMinReportedChange_rad = 0.002;
 
 HingeAxisCalibration::HingeAxisCalibration(const Skeleton& skeleton) : hinges_(skeleton.bones.size()) {
   for (std::size_t b = 1; b < skeleton.bones.size(); ++b) {
-    const auto& turns = skeleton.bones[b].turns;
-    if (!turns[0] || !turns[1] || !turns[2]) continue;
+    const auto& limits = skeleton.bones[b].rotation_limits;
+    if (!limits[0] || !limits[1] || !limits[2]) continue;
     Hinge& hinge = hinges_[b];
     for (int axis = 0; axis < 3; ++axis) {
-      const kinematics::AxisReach reach = kinematics::reach_of(*turns[static_cast<std::size_t>(axis)]);
+      const kinematics::AxisReach reach = kinematics::reach_of(*limits[static_cast<std::size_t>(axis)]);
       if (!kinematics::bends_one_way(reach)) continue;
       hinge.hinge_axis = axis;
       hinge.sign = reach.positive_rad > reach.negative_rad ? 1.0 : -1.0;
@@ -36,7 +36,7 @@ HingeAxisCalibration::HingeAxisCalibration(const Skeleton& skeleton) : hinges_(s
     if (hinge.hinge_axis < 0) continue;
     int narrow_axis = -1;
     for (int axis = 0; axis < 3; ++axis) {
-      const AngleRange& range = *turns[static_cast<std::size_t>(axis)];
+      const AngleRange& range = *limits[static_cast<std::size_t>(axis)];
       if (axis != hinge.hinge_axis && std::max(range.max_rad, -range.min_rad) < kinematics::kMaxMinorRange_rad)
         narrow_axis = axis;
     }

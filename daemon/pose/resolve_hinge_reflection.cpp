@@ -24,7 +24,7 @@ bool violates_hinge_limit(const Bone& bone, const Eigen::Quaterniond& local) {
   Eigen::Vector3d rotation_rad;
   bool known = false;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto& range = bone.turns[static_cast<std::size_t>(axis)];
+    const auto& range = bone.rotation_limits[static_cast<std::size_t>(axis)];
     if (!range) continue;
     const kinematics::AxisReach reach = kinematics::reach_of(*range);
     if (!kinematics::bends_one_way(reach)) continue;

@@ -60,7 +60,7 @@ SkeletonTracker::SkeletonTracker(const MarkerSet& set, const SkeletonTrackerSett
   for (const Bone& bone : set.skeleton.bones) {
     bone_depth_.push_back(bone.parent < 0 ? 0 : bone_depth_[static_cast<std::size_t>(bone.parent)] + 1);
     const auto is_locked = [&](const auto& range) { return bone.parent >= 0 && !range; };
-    locked_axes_.push_back(static_cast<double>(std::ranges::count_if(bone.turns, is_locked)));
+    locked_axes_.push_back(static_cast<double>(std::ranges::count_if(bone.rotation_limits, is_locked)));
   }
   committed_.resize(bones);
   predicted_.resize(bones);

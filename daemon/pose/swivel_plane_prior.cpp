@@ -27,11 +27,11 @@ constexpr double kUpdateInterval_s = 0.1;
 
 SwivelPlanePrior::SwivelPlanePrior(const Skeleton& skeleton) : hinges_(skeleton.bones.size()) {
   for (std::size_t b = 1; b < skeleton.bones.size(); ++b) {
-    const auto& turns = skeleton.bones[b].turns;
-    if (!turns[0] || !turns[1] || !turns[2]) continue;
+    const auto& limits = skeleton.bones[b].rotation_limits;
+    if (!limits[0] || !limits[1] || !limits[2]) continue;
     int hinge_axis = -1, minor_axis = -1;
     for (int axis = 0; axis < 3; ++axis) {
-      const kinematics::AxisReach reach = kinematics::reach_of(*turns[static_cast<std::size_t>(axis)]);
+      const kinematics::AxisReach reach = kinematics::reach_of(*limits[static_cast<std::size_t>(axis)]);
       if (reach.larger_rad() < kinematics::kMaxMinorRange_rad) {
         minor_axis = axis;
       } else if (kinematics::bends_one_way(reach)) {

@@ -161,14 +161,14 @@ Status read_motion(Words& words, Bvh& bvh) {
   return {};
 }
 
-Eigen::Quaterniond turn_of(const BvhJoint& joint, const double* values) {
-  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+Eigen::Quaterniond rotation_of(const BvhJoint& joint, const double* values) {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   for (std::size_t i = 0; i < joint.channels.size(); ++i) {
     const int axis = static_cast<int>(joint.channels[i]) - static_cast<int>(BvhChannel::XRotation);
     if (axis < 0) continue;
-    turn = turn * Eigen::AngleAxisd(values[i] * std::numbers::pi / 180.0, Eigen::Vector3d::Unit(axis));
+    rotation = rotation * Eigen::AngleAxisd(values[i] * std::numbers::pi / 180.0, Eigen::Vector3d::Unit(axis));
   }
-  return turn;
+  return rotation;
 }
 
 Eigen::Vector3d place_of(const BvhJoint& root, const double* values) {
@@ -193,8 +193,8 @@ Result<Bvh> parse_bvh(std::string_view text) {
 
 namespace {
 
-Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& turn) {
-  const Eigen::AngleAxisd angle_axis(turn);
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation) {
+  const Eigen::AngleAxisd angle_axis(rotation);
   const double angle = angle_axis.angle();
   return (angle > std::numbers::pi ? angle - 2.0 * std::numbers::pi : angle) * angle_axis.axis();
 }
@@ -238,16 +238,18 @@ void posture_of(const Bvh& bvh, double t_s, BvhPosture& into) {
   const Eigen::Vector3d out = tangent(has_before ? &before : nullptr, &displacement);
   const Eigen::Vector3d in = tangent(&displacement, has_after ? &after : nullptr);
   into.root = on_curve({root(1), root(1) + out / 3.0, root(2) - in / 3.0, root(2)}, share);
-  into.turns.resize(bvh.joints.size());
+  into.rotations.resize(bvh.joints.size());
   for (std::size_t i = 0; i < bvh.joints.size(); ++i) {
-    const auto turn = [&](std::size_t k) { return turn_of(bvh.joints[i], around[k] + bvh.joints[i].first_value); };
-    const Eigen::Quaterniond q1 = turn(1), q2 = turn(2);
-    const Eigen::Vector3d turned = rotation_vector(q1.conjugate() * q2);
-    const Eigen::Vector3d turned_before = rotation_vector(turn(0).conjugate() * q1);
-    const Eigen::Vector3d turned_after = rotation_vector(q2.conjugate() * turn(3));
-    const Eigen::Vector3d leaving = tangent(has_before ? &turned_before : nullptr, &turned);
-    const Eigen::Vector3d coming = tangent(&turned, has_after ? &turned_after : nullptr);
-    into.turns[i] =
+    const auto rotation_at = [&](std::size_t k) {
+      return rotation_of(bvh.joints[i], around[k] + bvh.joints[i].first_value);
+    };
+    const Eigen::Quaterniond q1 = rotation_at(1), q2 = rotation_at(2);
+    const Eigen::Vector3d step = rotation_vector(q1.conjugate() * q2);
+    const Eigen::Vector3d before_step = rotation_vector(rotation_at(0).conjugate() * q1);
+    const Eigen::Vector3d after_step = rotation_vector(q2.conjugate() * rotation_at(3));
+    const Eigen::Vector3d leaving = tangent(has_before ? &before_step : nullptr, &step);
+    const Eigen::Vector3d coming = tangent(&step, has_after ? &after_step : nullptr);
+    into.rotations[i] =
         on_curve({q1, q1 * from_rotation_vector(leaving / 3.0), q2 * from_rotation_vector(-coming / 3.0), q2}, share);
   }
 }

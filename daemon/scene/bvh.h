@@ -32,7 +32,7 @@ struct Bvh {
 /// The pose of a BVH skeleton at one instant.
 struct BvhPosture {
   Eigen::Vector3d root = Eigen::Vector3d::Zero();  ///< position, in the file's unit
-  std::vector<Eigen::Quaterniond> turns;           ///< rotation relative to the parent, by joint
+  std::vector<Eigen::Quaterniond> rotations;       ///< rotation relative to the parent, by joint
 };
 
 /// Reads the text of a BVH file with at least one joint, one channel and one frame. Fails with InvalidArgument and the

@@ -78,7 +78,7 @@ MarkerSet own_marker_set(const Bvh& bvh, const Eigen::Matrix3d& ours_from_file, 
     while (!taken.insert(bone.name).second) bone.name += "'";
     bone.parent = joint.parent;
     if (joint.parent >= 0) bone.rest_offset_m = unit_m * (ours_from_file * joint.offset);
-    bone.turns.fill(AngleRange{});
+    bone.rotation_limits.fill(AngleRange{});
     if (joint.parent < 0 || bone.rest_offset_m.norm() > kApart_m) {
       set.markers.push_back({bone.name, static_cast<int>(i), Eigen::Vector3d::Zero(), {1.0F, 1.0F, 1.0F}});
     }
@@ -108,17 +108,17 @@ class BvhActor final : public Actor {
 
   void at(double t_s, ActorState& into) const override {
     const double since_s = std::max(0.0, t_s) - settings_.t_pose_s;
-    Quaternions turns;
+    Quaternions rotations;
     Eigen::Vector3d root_m = Eigen::Vector3d::Zero();
-    pose_at(clip_s(std::max(0.0, since_s - kBlend_s)), root_m, turns);
+    pose_at(clip_s(std::max(0.0, since_s - kBlend_s)), root_m, rotations);
     root_m += to_middle_m_;
     if (settings_.t_pose_s > 0.0 && since_s < kBlend_s) {
       const double u = std::clamp(since_s / kBlend_s, 0.0, 1.0), share = u * u * (3.0 - 2.0 * u);
-      turns[0] = heading_.slerp(share, turns[0]);
-      for (std::size_t b = 1; b < turns.size(); ++b) turns[b] = standing_[b].slerp(share, turns[b]);
+      rotations[0] = heading_.slerp(share, rotations[0]);
+      for (std::size_t b = 1; b < rotations.size(); ++b) rotations[b] = standing_[b].slerp(share, rotations[b]);
       root_m.z() = share * root_m.z() + (1.0 - share) * rest_height_m_;
     }
-    write_state(root_m, turns, into);
+    write_state(root_m, rotations, into);
     if (settings_.t_pose_s <= 0.0 || since_s >= kBlend_s) return;
     // A pose interpolated between two poses on the floor may be below the floor.
     const double sunk_m = kSoleHeight_m - lowest_m(into);
@@ -174,16 +174,16 @@ class BvhActor final : public Actor {
   double clip_s(double t_s) const { return begin_s_ + there_and_back_s(t_s, length_s_); }
 
   // Local rotations of the bones and position of the root at an instant of the file.
-  void pose_at(double file_s, Eigen::Vector3d& root_m, Quaternions& turns) const {
+  void pose_at(double file_s, Eigen::Vector3d& root_m, Quaternions& rotations) const {
     thread_local BvhPosture posture;
     thread_local std::vector<Eigen::Matrix3d> world_from_joint;
     posture_of(bvh_, file_s, posture);
     world_from_joint.resize(bvh_.joints.size());
     for (std::size_t i = 0; i < bvh_.joints.size(); ++i) {
-      const Eigen::Matrix3d turn = posture.turns[i].toRotationMatrix();
+      const Eigen::Matrix3d rotation = posture.rotations[i].toRotationMatrix();
       const int parent = bvh_.joints[i].parent;
       world_from_joint[i] =
-          parent < 0 ? turn : Eigen::Matrix3d(world_from_joint[static_cast<std::size_t>(parent)] * turn);
+          parent < 0 ? rotation : Eigen::Matrix3d(world_from_joint[static_cast<std::size_t>(parent)] * rotation);
     }
     root_m = unit_m_ * (ours_from_file_ * posture.root);
     const auto& bones = marker_set_.skeleton.bones;
@@ -199,17 +199,17 @@ class BvhActor final : public Actor {
             Eigen::Quaterniond(Eigen::Matrix3d(ours_from_file_ * theirs * ours_from_file_.transpose())) *
             ours_from_theirs_[i];
       }
-      turns[i] = (parent.conjugate() * world_from_bone[i]).normalized();
+      rotations[i] = (parent.conjugate() * world_from_bone[i]).normalized();
     }
-    for (std::size_t i = bones.size(); i < kMaxBones; ++i) turns[i].setIdentity();
+    for (std::size_t i = bones.size(); i < kMaxBones; ++i) rotations[i].setIdentity();
   }
 
-  void write_state(const Eigen::Vector3d& root_m, const Quaternions& turns, ActorState& into) const {
+  void write_state(const Eigen::Vector3d& root_m, const Quaternions& rotations, ActorState& into) const {
     const Skeleton& skeleton = marker_set_.skeleton;
     into.ghosts.clear();
     into.markers.clear();
     into.world_from_bone.resize(skeleton.bones.size());
-    kinematics::compute_forward_kinematics(skeleton, root_m, std::span(turns).first(skeleton.bones.size()),
+    kinematics::compute_forward_kinematics(skeleton, root_m, std::span(rotations).first(skeleton.bones.size()),
                                            into.world_from_bone);
     for (const MarkerOnBone& marker : marker_set_.markers) {
       into.markers.push_back(
@@ -233,21 +233,21 @@ class BvhActor final : public Actor {
   // Moves the centre of the root's path to the centre of the volume, and the lowest joint of all frames to the floor.
   void centre_motion() {
     ActorState state;
-    Quaternions turns;
-    turns.fill(Eigen::Quaterniond::Identity());
-    write_state(Eigen::Vector3d::Zero(), turns, state);
+    Quaternions rotations;
+    rotations.fill(Eigen::Quaterniond::Identity());
+    write_state(Eigen::Vector3d::Zero(), rotations, state);
     rest_height_m_ = kSoleHeight_m - lowest_m(state);
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::max()), high = -low;
     for (double t_s = 0.0; t_s <= length_s_; t_s += bvh_.frame_time_s) {
       Eigen::Vector3d root_m;
-      pose_at(begin_s_ + t_s, root_m, turns);
-      write_state(root_m, turns, state);
+      pose_at(begin_s_ + t_s, root_m, rotations);
+      write_state(root_m, rotations, state);
       low = low.cwiseMin(Eigen::Vector3d(root_m.x(), root_m.y(), lowest_m(state)));
       high = high.cwiseMax(root_m);
     }
     Eigen::Vector3d at_first_m;
-    pose_at(begin_s_, at_first_m, turns);
-    heading_ = heading_of(turns[0]);
+    pose_at(begin_s_, at_first_m, rotations);
+    heading_ = heading_of(rotations[0]);
     to_middle_m_ = {-0.5 * (low.x() + high.x()), -0.5 * (low.y() + high.y()), kSoleHeight_m - low.z()};
   }
 

@@ -21,32 +21,32 @@ Eigen::Quaterniond about_z(double rad) { return Eigen::Quaterniond(Eigen::AngleA
 
 Posture t_pose() {
   Posture posture;
-  posture.turns.fill(Eigen::Quaterniond::Identity());
+  posture.rotations.fill(Eigen::Quaterniond::Identity());
   return posture;
 }
 
 Posture a_pose() {
   Posture posture = t_pose();
-  posture.turn(Joint::LeftUpArm) = about_x(-0.25 * pi);
-  posture.turn(Joint::RightUpArm) = about_x(0.25 * pi);
+  posture.rotation(Joint::LeftUpArm) = about_x(-0.25 * pi);
+  posture.rotation(Joint::RightUpArm) = about_x(0.25 * pi);
   return posture;
 }
 
 // Lowers the arms and swings them forward (positive angles) about the shoulders; bends the elbows forward.
 void hang_arms(Posture& posture, double swing_left_rad, double swing_right_rad, double elbow_rad) {
-  posture.turn(Joint::LeftUpArm) = about_y(-swing_left_rad) * about_x(-kArmDown_rad);
-  posture.turn(Joint::RightUpArm) = about_y(-swing_right_rad) * about_x(kArmDown_rad);
-  posture.turn(Joint::LeftLowArm) = about_z(-elbow_rad);
-  posture.turn(Joint::RightLowArm) = about_z(elbow_rad);
+  posture.rotation(Joint::LeftUpArm) = about_y(-swing_left_rad) * about_x(-kArmDown_rad);
+  posture.rotation(Joint::RightUpArm) = about_y(-swing_right_rad) * about_x(kArmDown_rad);
+  posture.rotation(Joint::LeftLowArm) = about_z(-elbow_rad);
+  posture.rotation(Joint::RightLowArm) = about_z(elbow_rad);
 }
 
 // Bends both legs so that the feet stay flat and below the hips.
 void bend_knees(Posture& posture, double half_rad) {
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
     const auto first = static_cast<std::size_t>(thigh);
-    posture.turns[first] = about_y(-half_rad);
-    posture.turns[first + 1] = about_y(2.0 * half_rad);
-    posture.turns[first + 2] = about_y(-half_rad);
+    posture.rotations[first] = about_y(-half_rad);
+    posture.rotations[first + 1] = about_y(2.0 * half_rad);
+    posture.rotations[first + 2] = about_y(-half_rad);
   }
 }
 
@@ -55,9 +55,9 @@ void step_leg(Posture& posture, Joint thigh, double phase_rad) {
   const double swing = 0.5 * (1.0 + std::cos(phase_rad));  // 1 while the leg swings forward
   const double hip_rad = 0.08 + 0.42 * std::sin(phase_rad);
   const double knee_rad = 0.12 + 0.75 * swing * swing;
-  posture.turns[first] = about_y(-hip_rad);
-  posture.turns[first + 1] = about_y(knee_rad);
-  posture.turns[first + 2] = about_y(std::clamp(hip_rad - knee_rad, -0.6, 0.6) * 0.6);
+  posture.rotations[first] = about_y(-hip_rad);
+  posture.rotations[first + 1] = about_y(knee_rad);
+  posture.rotations[first + 2] = about_y(std::clamp(hip_rad - knee_rad, -0.6, 0.6) * 0.6);
 }
 
 Posture walk(double walked_s) {
@@ -67,10 +67,10 @@ Posture walk(double walked_s) {
   step_leg(posture, Joint::RightUpLeg, phase_rad + pi);
   const double swing_rad = 0.35 * std::sin(phase_rad);
   hang_arms(posture, -swing_rad, swing_rad, 0.35 + 0.1 * std::sin(phase_rad));
-  posture.turn(Joint::Hips) = about_z(-0.08 * std::sin(phase_rad)) * about_x(0.04 * std::cos(phase_rad));
-  posture.turn(Joint::Chest) =
+  posture.rotation(Joint::Hips) = about_z(-0.08 * std::sin(phase_rad)) * about_x(0.04 * std::cos(phase_rad));
+  posture.rotation(Joint::Chest) =
       about_z(0.16 * std::sin(phase_rad)) * about_y(0.05) * about_x(-0.04 * std::cos(phase_rad));
-  posture.turn(Joint::Neck) = about_z(-0.08 * std::sin(phase_rad));
+  posture.rotation(Joint::Neck) = about_z(-0.08 * std::sin(phase_rad));
   return posture;
 }
 
@@ -79,11 +79,11 @@ Posture wave(double t_s) {
   hang_arms(posture, 0.05, 0.0, 0.2);
   const double beat_rad = 2.0 * pi * 1.1 * t_s;
   // The upper arm points to the side and is rotated so that the elbow bends upwards; the forearm waves.
-  posture.turn(Joint::RightUpArm) = about_x(-0.3) * about_y(-0.5 * pi);
-  posture.turn(Joint::RightLowArm) = about_z(1.3 + 0.5 * std::sin(beat_rad));
-  posture.turn(Joint::RightHand) = about_z(0.3 * std::sin(beat_rad - 0.6));
-  posture.turn(Joint::Head) = about_z(-0.25);
-  posture.turn(Joint::Chest) = about_x(0.04 * std::sin(0.5 * beat_rad));
+  posture.rotation(Joint::RightUpArm) = about_x(-0.3) * about_y(-0.5 * pi);
+  posture.rotation(Joint::RightLowArm) = about_z(1.3 + 0.5 * std::sin(beat_rad));
+  posture.rotation(Joint::RightHand) = about_z(0.3 * std::sin(beat_rad - 0.6));
+  posture.rotation(Joint::Head) = about_z(-0.25);
+  posture.rotation(Joint::Chest) = about_x(0.04 * std::sin(0.5 * beat_rad));
   return posture;
 }
 
@@ -111,9 +111,9 @@ Posture jump(double t_s) {
   // A leg of two segments of l = 0.42 m has the height 2 l cos(half).
   const double half_rad = std::acos(1.0 - (0.05 + kDepth_m * dip) / 0.84);
   bend_knees(posture, half_rad);
-  posture.turn(Joint::Hips) = about_y(0.35 * dip);
+  posture.rotation(Joint::Hips) = about_y(0.35 * dip);
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
-    posture.turn(thigh) = about_y(-0.35 * dip) * posture.turn(thigh);
+    posture.rotation(thigh) = about_y(-0.35 * dip) * posture.rotation(thigh);
   }
   // The arms swing continuously and are foremost at the top of the flight.
   const double top_s = kDip_s + kPush_s + 0.5 * flight_s;
@@ -128,12 +128,12 @@ Posture crouch(double t_s) {
   const double half_rad = 0.1 + 0.75 * down;
   bend_knees(posture, half_rad);
   const double lean_rad = 0.45 * down;
-  posture.turn(Joint::Hips) = about_y(lean_rad);
+  posture.rotation(Joint::Hips) = about_y(lean_rad);
   for (const Joint thigh : {Joint::LeftUpLeg, Joint::RightUpLeg}) {
-    posture.turn(thigh) = about_y(-lean_rad) * posture.turn(thigh);
+    posture.rotation(thigh) = about_y(-lean_rad) * posture.rotation(thigh);
   }
-  posture.turn(Joint::Chest) = about_y(0.3 * down);
-  posture.turn(Joint::Neck) = about_y(-0.4 * down);
+  posture.rotation(Joint::Chest) = about_y(0.3 * down);
+  posture.rotation(Joint::Neck) = about_y(-0.4 * down);
   hang_arms(posture, 0.1 + 1.1 * down, 0.1 + 1.1 * down, 0.3);
   return posture;
 }
@@ -158,12 +158,12 @@ ArmInFront between(const ArmInFront& from, const ArmInFront& to, double share) {
 
 void set_arms(Posture& posture, const ArmInFront& left, const ArmInFront& right) {
   const Eigen::Vector3d mirrored(-1.0, 1.0, -1.0);
-  posture.turn(Joint::LeftUpArm) = turned(left.upper_rad);
-  posture.turn(Joint::LeftLowArm) = about_z(left.elbow_rad);
-  posture.turn(Joint::LeftHand) = turned(left.hand_rad);
-  posture.turn(Joint::RightUpArm) = turned(right.upper_rad.cwiseProduct(mirrored));
-  posture.turn(Joint::RightLowArm) = about_z(-right.elbow_rad);
-  posture.turn(Joint::RightHand) = turned(right.hand_rad.cwiseProduct(mirrored));
+  posture.rotation(Joint::LeftUpArm) = turned(left.upper_rad);
+  posture.rotation(Joint::LeftLowArm) = about_z(left.elbow_rad);
+  posture.rotation(Joint::LeftHand) = turned(left.hand_rad);
+  posture.rotation(Joint::RightUpArm) = turned(right.upper_rad.cwiseProduct(mirrored));
+  posture.rotation(Joint::RightLowArm) = about_z(-right.elbow_rad);
+  posture.rotation(Joint::RightHand) = turned(right.hand_rad.cwiseProduct(mirrored));
 }
 
 // Bends each finger in its knuckle and its middle joint, and spreads it.
@@ -178,12 +178,12 @@ void bend_fingers(Posture& posture, double t_s) {
     const std::size_t knuckle = static_cast<std::size_t>(Joint::LeftThumb) + finger;
     const std::size_t middle = static_cast<std::size_t>(Joint::LeftThumbEnd) + finger;
     if (of_hand == 0.0) {
-      posture.turns[knuckle] = about_z(sign * kThumb_rad * bend) * about_x(-sign * 0.5 * kThumb_rad * bend);
-      posture.turns[middle] = about_z(sign * kThumb_rad * bend);
+      posture.rotations[knuckle] = about_z(sign * kThumb_rad * bend) * about_x(-sign * 0.5 * kThumb_rad * bend);
+      posture.rotations[middle] = about_z(sign * kThumb_rad * bend);
     } else {
       const double spread_rad = kSpread_rad * (of_hand - 2.5) * std::sin(0.5 * phase_rad);
-      posture.turns[knuckle] = about_z(sign * spread_rad) * about_x(-sign * kBend_rad * bend);
-      posture.turns[middle] = about_x(-sign * kBend_rad * bend);
+      posture.rotations[knuckle] = about_z(sign * spread_rad) * about_x(-sign * kBend_rad * bend);
+      posture.rotations[middle] = about_x(-sign * kBend_rad * bend);
     }
   }
 }
@@ -208,14 +208,14 @@ Posture spin(const ActShare& share) {
   Posture posture = t_pose();
   const double beat_rad = 2.0 * pi * share.spent_s / 0.75;  // small steps on the spot
   hang_arms(posture, 0.1, 0.1, 0.4);
-  posture.turn(Joint::LeftUpArm) = about_x(-0.6);
-  posture.turn(Joint::RightUpArm) = about_x(0.6);
+  posture.rotation(Joint::LeftUpArm) = about_x(-0.6);
+  posture.rotation(Joint::RightUpArm) = about_x(0.6);
   for (const auto& [thigh, side] : {std::pair{Joint::LeftUpLeg, 0.0}, std::pair{Joint::RightUpLeg, pi}}) {
     const auto first = static_cast<std::size_t>(thigh);
     const double lift = 0.08 + 0.22 * 0.5 * (1.0 + std::cos(beat_rad + side));
-    posture.turns[first] = about_y(-lift);
-    posture.turns[first + 1] = about_y(2.0 * lift);
-    posture.turns[first + 2] = about_y(-lift);
+    posture.rotations[first] = about_y(-lift);
+    posture.rotations[first + 1] = about_y(2.0 * lift);
+    posture.rotations[first + 2] = about_y(-lift);
   }
   // A whole number of rotations, so that the next act starts with the same heading.
   const double turns = std::isinf(share.whole_s)
@@ -255,7 +255,8 @@ Posture posture_at(const Program& program, double t_s) {
   if (mix.second.share > 0.0) {
     const Posture other = perform(mix.second, mix.walked_before_s);
     const double share = mix.second.share;
-    for (std::size_t i = 0; i < kJoints; ++i) posture.turns[i] = posture.turns[i].slerp(share, other.turns[i]);
+    for (std::size_t i = 0; i < kJoints; ++i)
+      posture.rotations[i] = posture.rotations[i].slerp(share, other.rotations[i]);
     posture.lift_m += share * (other.lift_m - posture.lift_m);
     posture.heading_rad += other.heading_rad;  // a spin fades by its own share
   }

@@ -45,13 +45,13 @@ inline constexpr std::array<std::string_view, kJoints> kJointNames{
 
 /// A pose of a person, independent of the body's size.
 struct Posture {
-  std::array<Eigen::Quaterniond, kJoints> turns;      ///< rotation relative to the parent; the Hips without the heading
+  std::array<Eigen::Quaterniond, kJoints> rotations;  ///< rotation relative to the parent; the Hips without the heading
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< horizontal position of the hips
   double heading_rad = 0.0;                           ///< counter-clockwise from +x
   double lift_m = 0.0;                                ///< height of the lower foot above the floor
 
-  const Eigen::Quaterniond& turn(Joint joint) const { return turns[static_cast<std::size_t>(joint)]; }
-  Eigen::Quaterniond& turn(Joint joint) { return turns[static_cast<std::size_t>(joint)]; }
+  const Eigen::Quaterniond& rotation(Joint joint) const { return rotations[static_cast<std::size_t>(joint)]; }
+  Eigen::Quaterniond& rotation(Joint joint) { return rotations[static_cast<std::size_t>(joint)]; }
 };
 
 /// The posture `t_s` after the start of the program, with the speeds and limits of a usual person: walk at 0.9 m/s in a

@@ -41,17 +41,17 @@ class ProceduralActor final : public Actor {
 
   void at(double t_s, ActorState& into) const override {
     const Posture posture = posture_at(program_, t_s);
-    std::array<Eigen::Quaterniond, kMaxBones> turns;
-    turns.fill(Eigen::Quaterniond::Identity());
+    std::array<Eigen::Quaterniond, kMaxBones> rotations;
+    rotations.fill(Eigen::Quaterniond::Identity());
     for (std::size_t joint = 0; joint < kJoints; ++joint) {
-      if (bone_of_[joint]) turns[*bone_of_[joint]] = posture.turns[joint];
+      if (bone_of_[joint]) rotations[*bone_of_[joint]] = posture.rotations[joint];
     }
-    turns[0] = Eigen::AngleAxisd(posture.heading_rad, Eigen::Vector3d::UnitZ()) * turns[0];
+    rotations[0] = Eigen::AngleAxisd(posture.heading_rad, Eigen::Vector3d::UnitZ()) * rotations[0];
 
     const Skeleton& skeleton = marker_set_.skeleton;
     into.world_from_bone.resize(skeleton.bones.size());
     const Eigen::Vector3d place_m(posture.place_m.x(), posture.place_m.y(), 0.0);
-    kinematics::compute_forward_kinematics(skeleton, place_m, std::span(turns).first(skeleton.bones.size()),
+    kinematics::compute_forward_kinematics(skeleton, place_m, std::span(rotations).first(skeleton.bones.size()),
                                            into.world_from_bone);
     const double up_m = posture.lift_m + height_of_root_m(into);
     for (Pose& pose : into.world_from_bone) pose.position.z() += up_m;

@@ -153,9 +153,8 @@ Rig rig_for(DaemonTables& tables, const DaemonSettings& settings, const Rig& rig
       continue;
     }
     if (found == rig.end()) {
-      const auto near = nearest_word(camera.name, names_of(rig));
       tables.cameras[i].fault("name", fmt::format("is not in the rig {}{}", settings.capture.rig_file.string(),
-                                                  near ? fmt::format(", did you mean '{}'?", *near) : ""));
+                                                  did_you_mean(camera.name, names_of(rig))));
       continue;
     }
     const std::optional<cameras::ImageSize> size = facts_of(camera).size;

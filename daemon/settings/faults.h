@@ -7,6 +7,12 @@
 
 namespace mocap::settings {
 
+/// A place in a file.
+struct Place {
+  std::uint32_t line = 0;    ///< from 1
+  std::uint32_t column = 0;  ///< from 1, in characters
+};
+
 /// One fault of a file and its place.
 struct Fault {
   std::filesystem::path file;

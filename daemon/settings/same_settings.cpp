@@ -59,8 +59,9 @@ bool same_bone(const Bone& one, const Bone& other) {
     return a->min_rad == b->min_rad && a->max_rad == b->max_rad;
   };
   return one.name == other.name && one.parent == other.parent && one.rest_offset_m == other.rest_offset_m &&
-         std::ranges::equal(one.turns, other.turns, same_range) && one.aliases.unity == other.aliases.unity &&
-         one.aliases.unreal == other.aliases.unreal && one.aliases.vrm == other.aliases.vrm;
+         std::ranges::equal(one.rotation_limits, other.rotation_limits, same_range) &&
+         one.aliases.unity == other.aliases.unity && one.aliases.unreal == other.aliases.unreal &&
+         one.aliases.vrm == other.aliases.vrm;
 }
 
 bool same_marker(const MarkerOnBone& one, const MarkerOnBone& other) {

@@ -19,8 +19,8 @@ constexpr double kRelativeAreaSigma = 0.08;
 constexpr double kShapeSigma = 0.08;
 // Standard deviation of the centre of two markers by the centroid of their union: the discs may differ in size.
 constexpr double kUnionCentreSigma_px = 0.2;
-// Markers that meet may change their motion: smallest agility of the filters when a pair begins.
-constexpr double kMergeAgility = 0.05;
+// Markers that meet may change their motion: smallest process noise scale of the filters when a pair begins.
+constexpr double kMergeNoiseScale = 0.05;
 // Hypotheses whose positions, now and in the next image, agree to this are merged.
 constexpr double kDuplicateDistance_px = 0.3;
 
@@ -59,7 +59,7 @@ BlobPair::BlobPair(const filter::IsotropicKalman<2>& first, const filter::Isotro
                    const Member& other)
     : members_{one, other} {
   hypotheses_.push_back({{first, second}, {kNone, kNone}, 0.0});
-  for (auto& filter : hypotheses_[0].filter) filter.expect_changes(kMergeAgility);
+  for (auto& filter : hypotheses_[0].filter) filter.expect_changes(kMergeNoiseScale);
 }
 
 bool BlobPair::same(const filter::IsotropicKalman<2>& a, const filter::IsotropicKalman<2>& b) const {

@@ -33,14 +33,14 @@ struct Shared {
 
   explicit Shared(const TrackBlobsSettings& from) : settings(from) {
     kalman.acceleration_u_s2 = from.acceleration_px_s2;
-    kalman.birth_speed_u_s = from.birth_speed_px_s;
+    kalman.initial_speed_u_s = from.initial_speed_px_s;
     alpha_beta.alpha = from.alpha;
     alpha_beta.beta = from.beta;
     alpha_beta.gate_u = from.method == TrackMethod::AlphaBeta ? from.alpha_beta_gate_px : from.gate_floor_px;
     alpha_beta.gate_per_miss_u = from.gate_floor_px;
     condensation.particles = from.particles;
     condensation.acceleration_u_s2 = from.acceleration_px_s2;
-    condensation.birth_speed_u_s = from.birth_speed_px_s;
+    condensation.initial_speed_u_s = from.initial_speed_px_s;
     condensation.sighting_u = kParticleSighting_px;
     condensation.seed = from.seed;
   }
@@ -122,7 +122,7 @@ class AlphaBetaFollower {
     speed_.advance(dt_s);
     // The filter has no covariance for the unknown velocity of a new track.
     velocity_uncertainty_px_ =
-        measurements_ < 2 ? velocity_uncertainty_px_ + shared_->settings.birth_speed_px_s * dt_s : 0.0;
+        measurements_ < 2 ? velocity_uncertainty_px_ + shared_->settings.initial_speed_px_s * dt_s : 0.0;
   }
   BlobAim aim() const {
     const filter::Gate<2> gate = filter_.gate();

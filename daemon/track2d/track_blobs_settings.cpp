@@ -21,8 +21,8 @@ void declare_keys(KeyVisitor& keys, TrackBlobsSettings& track) {
   keys.time("max_coast_ms", track.max_coast, {0, 10000}, {.help = "a track ends when it is not seen for longer"});
   keys.number("acceleration_px_s2", track.acceleration_px_s2, {1, 1e6},
               {.help = "process noise: standard deviation of the acceleration"});
-  keys.number("birth_speed_px_s", track.birth_speed_px_s, {1, 1e5},
-              {.help = "standard deviation of the velocity of a new track"});
+  keys.number("initial_speed_px_s", track.initial_speed_px_s, {1, 1e5},
+              {.help = "standard deviation of the velocity of a new track", .formerly = "birth_speed_px_s"});
   keys.number("alpha", track.alpha, {0, 1}, {.help = "alpha_beta: gain of the position"});
   keys.number("beta", track.beta, {0, 2}, {.help = "alpha_beta: gain of the velocity"});
   keys.number("alpha_beta_gate_px", track.alpha_beta_gate_px, {0.1, 100},

@@ -21,7 +21,7 @@ struct TrackBlobsSettings {
   std::uint32_t confirm_images = 3;
   Duration max_coast = std::chrono::milliseconds(1500);
   double acceleration_px_s2 = 4000.0;
-  double birth_speed_px_s = 400.0;
+  double initial_speed_px_s = 400.0;
   double alpha = 0.9;
   double beta = 0.8;
   double alpha_beta_gate_px = 10.0;

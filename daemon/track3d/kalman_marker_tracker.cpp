@@ -38,10 +38,10 @@ filter::KalmanSettings kalman_settings(const TrackMarkersSettings& settings) {
   filter::KalmanSettings kalman;
   kalman.acceleration_u_s2 = settings.acceleration_m_s2;
   kalman.acceleration_per_speed = settings.acceleration_per_speed_1_s;
-  kalman.birth_speed_u_s = settings.birth_speed_m_s;
+  kalman.initial_speed_u_s = settings.initial_speed_m_s;
   kalman.gate_floor_u = settings.gate_floor_m;
   kalman.gate_per_speed = settings.gate_per_speed;
-  kalman.max_agility = settings.max_agility;
+  kalman.max_noise_scale = settings.max_noise_scale;
   kalman.coast_half_life_s = to_s(settings.coast_half_life);
   kalman.white_noise = true;
   return kalman;

@@ -18,10 +18,11 @@ void declare_keys(KeyVisitor& keys, TrackMarkersSettings& track) {
               {.help = "process noise: standard deviation of the acceleration"});
   keys.number("acceleration_per_speed_1_s", track.acceleration_per_speed_1_s, {0, 100},
               {.help = "added to it for each m/s of speed"});
-  keys.number("max_agility", track.max_agility, {1, 1000},
-              {.help = "largest factor by which surprising measurements raise the variance of the process noise"});
-  keys.number("birth_speed_m_s", track.birth_speed_m_s, {0.01, 100},
-              {.help = "standard deviation of the velocity of a new track"});
+  keys.number("max_noise_scale", track.max_noise_scale, {1, 1000},
+              {.help = "largest factor by which surprising measurements raise the variance of the process noise",
+               .formerly = "max_agility"});
+  keys.number("initial_speed_m_s", track.initial_speed_m_s, {0.01, 100},
+              {.help = "standard deviation of the velocity of a new track", .formerly = "birth_speed_m_s"});
   keys.time("coast_half_life_ms", track.coast_half_life, {0, 10000},
             {.help = "the predicted speed of a track that is not seen halves in this time; 0: constant speed"});
   keys.millimetres("sighting_floor_mm", track.sighting_floor_m, {0, 100},

@@ -18,8 +18,8 @@ struct TrackMarkersSettings {
   double max_coast_sigma_m = 0.15;
   double acceleration_m_s2 = 5.0;
   double acceleration_per_speed_1_s = 6.0;
-  double max_agility = 25.0;
-  double birth_speed_m_s = 2.0;
+  double max_noise_scale = 25.0;
+  double initial_speed_m_s = 2.0;
   Duration coast_half_life = std::chrono::milliseconds(200);
   double sighting_floor_m = 0.00002;
 };

@@ -84,7 +84,7 @@ TEST(Archive, LetsAnAlphaBetaFilterContinue) {
 }
 
 TEST(Archive, LetsAKalmanFilterContinue) {
-  const KalmanSettings settings{.acceleration_per_speed = 0.5, .max_agility = 9.0, .coast_half_life_s = 0.1};
+  const KalmanSettings settings{.acceleration_per_speed = 0.5, .max_noise_scale = 9.0, .coast_half_life_s = 0.1};
   expect_continues(Kalman<3>(settings, kFirst), Kalman<3>(settings, kElsewhere));
 }
 

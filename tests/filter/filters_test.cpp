@@ -35,7 +35,7 @@ Belief<3> batch(const std::vector<Seen<3>>& sightings, double dt, const KalmanSe
   state.topLeftCorner(6, 6).setIdentity();
   Eigen::MatrixXd transition = Eigen::MatrixXd::Identity(6, 6);
   transition.topRightCorner(3, 3) = dt * Matrix<3>::Identity();
-  information.block(3, 3, 3, 3) += Matrix<3>::Identity() / std::pow(settings.birth_speed_u_s, 2);
+  information.block(3, 3, 3, 3) += Matrix<3>::Identity() / std::pow(settings.initial_speed_u_s, 2);
   for (int k = 0; k <= steps; ++k) {
     if (k > 0) {
       state = (transition * state).eval();
@@ -85,7 +85,7 @@ TEST(Kalman, AgreesWithLeastSquaresOverTheWholeHistory) {
   const double dt = 0.1;
   KalmanSettings settings;
   settings.acceleration_u_s2 = 3.0;
-  settings.birth_speed_u_s = 20.0;
+  settings.initial_speed_u_s = 20.0;
   std::vector<Seen<3>> sightings{seen3(random)};
   Kalman<3> kalman(settings, sightings[0]);
   for (int k = 0; k < 12; ++k) {
@@ -112,7 +112,7 @@ TEST(Kalman, ConvergesToTheGainsOfTheTrackingIndex) {
   for (const double index : {0.05, 0.3, 2.0}) {
     KalmanSettings settings;
     settings.acceleration_u_s2 = index * sigma / (dt * dt);
-    settings.birth_speed_u_s = 100.0;
+    settings.initial_speed_u_s = 100.0;
     const Seen<2> still{Vector<2>::Zero(), Matrix<2>::Identity() * sigma * sigma};
     Kalman<2> kalman(settings, still);
     for (int k = 0; k < 500; ++k) {
@@ -148,8 +148,8 @@ TEST(Kalman, WidensItsGateWithoutMeasurements) {
 TEST(Kalman, FollowsATurnBetterIfItsNoiseAdapts) {
   KalmanSettings calm;
   calm.acceleration_u_s2 = 1.0;
-  KalmanSettings agile = calm;
-  agile.max_agility = 100.0;
+  KalmanSettings adaptive = calm;
+  adaptive.max_noise_scale = 100.0;
   const auto error_after_turn = [](const KalmanSettings& settings) {
     const Matrix<2> noise = Matrix<2>::Identity() * 1e-6;
     Kalman<2> kalman(settings, {Vector<2>::Zero(), noise});
@@ -164,7 +164,7 @@ TEST(Kalman, FollowsATurnBetterIfItsNoiseAdapts) {
     return error;
   };
 
-  EXPECT_LT(error_after_turn(agile), 0.7 * error_after_turn(calm));
+  EXPECT_LT(error_after_turn(adaptive), 0.7 * error_after_turn(calm));
 }
 
 TEST(AlphaBeta, HasNoErrorAtConstantVelocityAndTheKnownLagUnderAcceleration) {
@@ -212,7 +212,7 @@ TEST(Condensation, AgreesWithTheKalmanPosteriorOnAverage) {
   // The model is linear and Gaussian, so that the Kalman filter gives the exact posterior.
   KalmanSettings kalman_settings;
   kalman_settings.acceleration_u_s2 = 30.0;
-  kalman_settings.birth_speed_u_s = 20.0;
+  kalman_settings.initial_speed_u_s = 20.0;
   const double sigma = 1.0;
   const double dt = 0.1;
   const auto sighting = [&](int k) {
@@ -232,7 +232,7 @@ TEST(Condensation, AgreesWithTheKalmanPosteriorOnAverage) {
     CondensationSettings settings;
     settings.particles = kMaxParticles;
     settings.acceleration_u_s2 = kalman_settings.acceleration_u_s2;
-    settings.birth_speed_u_s = kalman_settings.birth_speed_u_s;
+    settings.initial_speed_u_s = kalman_settings.initial_speed_u_s;
     settings.sighting_u = 0.0;
     settings.seed = 1000 + seed;
     Condensation<2> condensation(settings, sighting(0));

@@ -12,12 +12,12 @@ namespace mocap::filter {
 namespace isotropic_kalman_test {
 
 /// Settings without adaptation, except for innovations that are larger than expected.
-IsotropicKalmanSettings fixed_noise(double acceleration, double birth_speed) {
+IsotropicKalmanSettings fixed_noise(double acceleration, double initial_speed) {
   IsotropicKalmanSettings settings;
   settings.acceleration_u_s2 = acceleration;
-  settings.least_agility = 1.0;
-  settings.max_agility = 1.0;
-  settings.birth_speed_u_s = birth_speed;
+  settings.least_noise_scale = 1.0;
+  settings.max_noise_scale = 1.0;
+  settings.initial_speed_u_s = initial_speed;
   return settings;
 }
 
@@ -36,7 +36,7 @@ Eigen::Vector2d least_squares(const std::vector<double>& seen, double variance, 
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
   Eigen::MatrixXd state = Eigen::MatrixXd::Zero(2, unknowns);
   state.leftCols(2).setIdentity();
-  information(1, 1) += 1.0 / std::pow(settings.birth_speed_u_s, 2);
+  information(1, 1) += 1.0 / std::pow(settings.initial_speed_u_s, 2);
   for (int k = 0; k <= steps; ++k) {
     if (k > 0) {
       state = (transition * state).eval();
@@ -132,12 +132,12 @@ TEST(IsotropicKalman, ReducesItsNoiseDuringSteadyMotion) {
   IsotropicKalman<2> kalman(settings, {0.0, 0.0}, 1e-4);
   kalman.predict(0.01);
   const double first = kalman.motion().pp;
-  EXPECT_EQ(kalman.agility(), 1.0);
+  EXPECT_EQ(kalman.noise_scale(), 1.0);
 
   IsotropicKalman<2> later = after_a_steady_second(settings, 10.0);
   later.predict(0.01);
 
-  EXPECT_LT(later.agility(), 0.01);
+  EXPECT_LT(later.noise_scale(), 0.01);
   EXPECT_LT(later.motion().pp, 0.1 * first);
 }
 

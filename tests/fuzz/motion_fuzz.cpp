@@ -39,7 +39,7 @@ void check(const Result<Bvh>& bvh) {
   BvhPosture posture;
   for (const double t_s : {0.0, 0.4 * bvh->frame_time_s, 1e9}) {
     posture_of(*bvh, t_s, posture);
-    MOCAP_EXPECTS(posture.turns.size() == bvh->joints.size());
+    MOCAP_EXPECTS(posture.rotations.size() == bvh->joints.size());
   }
 }
 

@@ -90,7 +90,7 @@ TEST(CalibrationPose, IsNotIdentifiedIfTheArmsHangFurtherDown) {
 
 TEST(CalibrationPose, DoesNotExistForABodyWithoutArmsOfThatRange) {
   MarkerSet stiff = person("openmocap18");
-  for (Bone& bone : stiff.skeleton.bones) bone.turns[0] = AngleRange{-0.5, 0.5};
+  for (Bone& bone : stiff.skeleton.bones) bone.rotation_limits[0] = AngleRange{-0.5, 0.5};
   MarkerSet one_bone = person("openmocap18");
   one_bone.skeleton.bones.resize(1);
   one_bone.markers.clear();

@@ -16,7 +16,7 @@ TEST(HingeRange, ElbowsAndKneesBendOneWayAboutOneAxisOnly) {
   for (const Bone& bone : set.skeleton.bones) {
     if (!bone.name.ends_with("LowArm") && !bone.name.ends_with("LowLeg")) continue;
     int one_way = 0, minor = 0;
-    for (const auto& range : bone.turns) {
+    for (const auto& range : bone.rotation_limits) {
       one_way += bends_one_way(reach_of(*range)) ? 1 : 0;
       minor += reach_of(*range).larger_rad() < kMaxMinorRange_rad ? 1 : 0;
     }

@@ -155,9 +155,9 @@ TEST(LeftJacobian, IsTheInverseOfInverseLeftJacobian) {
 TEST(JointPrior, GradientAgreesWithFiniteDifferences) {
   Bone bone;
   bone.parent = 0;
-  bone.turns = {AngleRange{-0.3, 0.2}, AngleRange{-0.1, 1.0}, AngleRange{-1.5, 0.1}};
+  bone.rotation_limits = {AngleRange{-0.3, 0.2}, AngleRange{-0.1, 1.0}, AngleRange{-1.5, 0.1}};
   Bone hinge = bone;
-  hinge.turns[0] = hinge.turns[2] = std::nullopt;
+  hinge.rotation_limits[0] = hinge.rotation_limits[2] = std::nullopt;
   const std::vector<Eigen::Matrix3d> information{
       (Eigen::Matrix3d() << 9.0, 1.0, 0.0, 1.0, 30.0, 2.0, 0.0, 2.0, 4.0).finished()};
   const PosePrior prior{
@@ -194,8 +194,8 @@ TEST(PoseFit, KeepsLockedAxesAtZero) {
   MarkerSet set = person("baseline41");
   for (Bone& bone : set.skeleton.bones) {
     // Knees and elbows as one-axis joints.
-    if (bone.name.ends_with("LowLeg")) bone.turns[0] = bone.turns[2] = std::nullopt;
-    if (bone.name.ends_with("LowArm")) bone.turns[0] = bone.turns[1] = std::nullopt;
+    if (bone.name.ends_with("LowLeg")) bone.rotation_limits[0] = bone.rotation_limits[2] = std::nullopt;
+    if (bone.name.ends_with("LowArm")) bone.rotation_limits[0] = bone.rotation_limits[1] = std::nullopt;
   }
   std::mt19937 random(9);
   std::normal_distribution<double> noise(0.0, 0.003);
@@ -223,7 +223,7 @@ TEST(PoseFit, KeepsLockedAxesAtZero) {
 TEST(PoseFit, HasNoUncertaintyAboutALockedAxis) {
   MarkerSet set = person("baseline41");
   for (Bone& bone : set.skeleton.bones) {
-    if (bone.name == "LeftLowArm") bone.turns[0] = bone.turns[1] = std::nullopt;
+    if (bone.name == "LeftLowArm") bone.rotation_limits[0] = bone.rotation_limits[1] = std::nullopt;
   }
   const std::size_t elbow = test::bone_named(set, "LeftLowArm");
   std::mt19937 random(3);

@@ -27,11 +27,11 @@ constexpr AngleRange kFree{};
 // A root, an upper bone without a range, and a hinge that bends about x from 0 to 2 rad.
 Skeleton limb() {
   Skeleton skeleton;
-  const auto add_bone = [&](int parent, double length_m, const std::array<std::optional<AngleRange>, 3>& turns) {
+  const auto add_bone = [&](int parent, double length_m, const std::array<std::optional<AngleRange>, 3>& limits) {
     Bone& bone = skeleton.bones.emplace_back();
     bone.parent = parent;
     bone.rest_offset_m.y() = length_m;
-    bone.turns = turns;
+    bone.rotation_limits = limits;
   };
   add_bone(-1, 0.0, {kFree, kFree, kFree});
   add_bone(0, 0.2, {kFree, kFree, kFree});
@@ -45,7 +45,7 @@ BonePoseHypothesis bone_at(const Quaterniond& rotation, Dof dof, const Vector3d&
 
 TEST(SquaredRangeExcess, AddsUpTheExcessOfEachAxis) {
   Bone bone;
-  bone.turns = {AngleRange{-0.2, 0.2}, std::nullopt, AngleRange{-1.0, 1.0}};
+  bone.rotation_limits = {AngleRange{-0.2, 0.2}, std::nullopt, AngleRange{-1.0, 1.0}};
 
   EXPECT_NEAR(squared_range_excess(bone, from_rotation_vector({0.15, 0.0, -0.9})), 0.0, kRounding);
   EXPECT_NEAR(squared_range_excess(bone, from_rotation_vector({0.5, 0.0, 0.0})), 0.3 * 0.3, kRounding);
@@ -81,7 +81,7 @@ TEST(ResolveTwist, TwistsAnUpperBoneSoThatTheHingeBelowBendsWithinItsRange) {
   // The upper bone is a quarter turn about its length away from the plane in which the lower bone bends.
   // The range of the upper bone alone would leave the twist at 0.
   Skeleton skeleton = limb();
-  skeleton.bones[1].turns[1] = AngleRange{-1.5, 1.5};
+  skeleton.bones[1].rotation_limits[1] = AngleRange{-1.5, 1.5};
   const Quaterniond truth(Eigen::AngleAxisd(std::numbers::pi / 2.0, Vector3d::UnitY()));
   const Quaterniond lower = truth * from_rotation_vector({1.2, 0.0, 0.0});
   std::vector<BonePoseHypothesis> bones{bone_at(Quaterniond::Identity(), Dof::Full),

@@ -87,7 +87,7 @@ TEST(SkeletonTracker, KeepsALimbThatWasObservedOneSetAgo) {
       const std::size_t bone = bone_named(set, joint);
       Eigen::Vector3d rotation_rad;
       for (int axis = 0; axis < 3; ++axis) {
-        const auto& range = set.skeleton.bones[bone].turns[static_cast<std::size_t>(axis)];
+        const auto& range = set.skeleton.bones[bone].rotation_limits[static_cast<std::size_t>(axis)];
         rotation_rad[axis] = 0.8 * (anywhere(random) < 0.0 ? range->min_rad : range->max_rad);
       }
       posture[bone].rotation = kinematics::from_rotation_vector(rotation_rad);

@@ -49,7 +49,7 @@ TEST(BvhPosture, GoesThroughEveryFrame) {
                                    Eigen::AngleAxisd(rad(k + 1), Vector3d::UnitX()) *
                                    Eigen::AngleAxisd(rad(k + 2), Vector3d::UnitY());
       // Rounding in the arc cosine of a small angle, rad.
-      EXPECT_LT(posture.turns[static_cast<std::size_t>(joint)].angularDistance(expected), 1e-6) << frame;
+      EXPECT_LT(posture.rotations[static_cast<std::size_t>(joint)].angularDistance(expected), 1e-6) << frame;
     }
   }
 }
@@ -68,8 +68,8 @@ TEST(BvhPosture, HasAContinuousVelocityAtEachFrame) {
     // lines would have jumps of 70 cm/s and more.
     EXPECT_LT(jump.norm(), 0.2) << frame;
     for (std::size_t joint = 0; joint < 2; ++joint) {
-      const Quaterniond in = before.turns[joint].conjugate() * there.turns[joint];
-      const Quaterniond out = there.turns[joint].conjugate() * after.turns[joint];
+      const Quaterniond in = before.rotations[joint].conjugate() * there.rotations[joint];
+      const Quaterniond out = there.rotations[joint].conjugate() * after.rotations[joint];
       EXPECT_LT(2.0 * (out.vec() - in.vec()).norm() / kStep_s, 0.02) << frame;  // rad/s; straight arcs: 0.8 and more
     }
   }

@@ -38,8 +38,8 @@ TEST(Bvh, InterpolatesTwoFramesLinearly) {
   EXPECT_LT((posture.root - Eigen::Vector3d(1.5, 2, 3)).norm(), 1e-12);
   const Eigen::AngleAxisd quarter_z(std::numbers::pi / 8.0, Eigen::Vector3d::UnitZ()),
       quarter_y(std::numbers::pi / 18.0, Eigen::Vector3d::UnitY());
-  EXPECT_LT(posture.turns[0].angularDistance(Eigen::Quaterniond(quarter_z)), 1e-9);
-  EXPECT_LT(posture.turns[1].angularDistance(Eigen::Quaterniond(quarter_y)), 1e-9);
+  EXPECT_LT(posture.rotations[0].angularDistance(Eigen::Quaterniond(quarter_z)), 1e-9);
+  EXPECT_LT(posture.rotations[1].angularDistance(Eigen::Quaterniond(quarter_y)), 1e-9);
 }
 
 TEST(Bvh, RotatesInTheOrderOfTheChannels) {
@@ -52,7 +52,7 @@ TEST(Bvh, RotatesInTheOrderOfTheChannels) {
   posture_of(*bvh, 0.0, posture);
 
   // The rotation about x comes first and moves y to z; the rotation about z does not move z.
-  EXPECT_LT((posture.turns[1] * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((posture.rotations[1] * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
 }
 
 TEST(Bvh, RefusesEveryTruncationWithTheLine) {

@@ -29,9 +29,9 @@ TEST(Hands, StayWithinTheRangesOfTheJoints) {
     for (std::size_t joint = 0; joint < kJoints; ++joint) {
       const Bone& bone = bone_named(set, kJointNames[joint]);
       if (bone.parent < 0) continue;
-      const Eigen::Vector3d angles_rad = kinematics::rotation_vector(posture.turns[joint]);
+      const Eigen::Vector3d angles_rad = kinematics::rotation_vector(posture.rotations[joint]);
       for (int axis = 0; axis < 3; ++axis) {
-        const AngleRange range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{-0.2, 0.2});
+        const AngleRange range = bone.rotation_limits[static_cast<std::size_t>(axis)].value_or(AngleRange{-0.2, 0.2});
         EXPECT_GE(angles_rad[axis], range.min_rad) << bone.name << " about axis " << axis << " at " << 0.01 * i;
         EXPECT_LE(angles_rad[axis], range.max_rad) << bone.name << " about axis " << axis << " at " << 0.01 * i;
       }

@@ -164,6 +164,24 @@ driver = "aravis"
           file + ": 9 faults, nothing started");
 }
 
+TEST_F(Configuration, MayHaveKeysWithTheirFormerNames) {
+  const auto settings = load_daemon_settings(
+      write(good("[track]\nbirth_speed_px_s = 300\n[track_markers]\nmax_agility = 9\nbirth_speed_m_s = 3\n"
+                 "[label]\ntie_slack_mm = 30\n")));
+
+  ASSERT_TRUE(settings) << to_text(settings.error());
+  EXPECT_EQ(settings->track_blobs.initial_speed_px_s, 300.0);
+  EXPECT_EQ(settings->track_markers.max_noise_scale, 9.0);
+  EXPECT_EQ(settings->track_markers.initial_speed_m_s, 3.0);
+  EXPECT_DOUBLE_EQ(settings->label.distance_tolerance_m, 0.03);
+}
+
+TEST_F(Configuration, RefusesAKeyWithItsFormerNameToo) {
+  EXPECT_THAT(faults_of(good("[label]\ntie_slack_mm = 30\ndistance_tolerance_mm = 30\n")),
+              HasSubstr("daemon.toml:4:16: label: tie_slack_mm is the former name of distance_tolerance_mm, expected "
+                        "one of them"));
+}
+
 TEST_F(Configuration, IsRefusedIfItIsAnotherKindOfFile) {
   const auto faults_of_file = [](const std::filesystem::path& file) {
     const auto settings = load_daemon_settings(file);

@@ -154,6 +154,22 @@ TEST(ExampleConfig, ShowsEveryKeyOnceWithItsHelp) {
   }
 }
 
+TEST(ExampleConfig, ShowsNoFormerName) {
+  const std::string example = example_config();
+  int former_names = 0;
+
+  for (const ExampleTable& table : tables_of(example)) {
+    for (const ListedKey& listed : table.keys.entries()) {
+      const std::string_view formerly = listed.key.doc.formerly;
+      if (formerly.empty()) continue;
+      EXPECT_EQ(example.find(formerly), std::string::npos) << formerly;
+      ++former_names;
+    }
+  }
+
+  EXPECT_GT(former_names, 0);
+}
+
 TEST(ExampleConfig, ShowsTheDefaultOfEveryKeyThatHasOne) {
   const std::string example = example_config();
 

@@ -46,7 +46,7 @@ name = "Hips"
 name = "Chest"
 parent = "Hips"
 rest_offset_m = [0.0, 0.0, 0.25]
-turns_deg = { x = [-30, 30], y = [-90, 0] }
+rotation_limits_deg = { x = [-30, 30], y = [-90, 0] }
 aliases = { unity = "Spine" }
 )";
 
@@ -228,12 +228,35 @@ marker = [ { name = "C", bone = "Chest", offset_m = [0.1, 0, 0], colour = [1, 0.
   ASSERT_EQ(set->skeleton.bones.size(), 2U);
   EXPECT_EQ(set->skeleton.bones[1].parent, 0);
   EXPECT_EQ(set->skeleton.bones[1].aliases.unity, "Spine");
-  ASSERT_TRUE(set->skeleton.bones[1].turns[1]);
-  EXPECT_NEAR(set->skeleton.bones[1].turns[1]->min_rad, -1.5707963, 1e-6);
-  EXPECT_FALSE(set->skeleton.bones[1].turns[2]);
+  ASSERT_TRUE(set->skeleton.bones[1].rotation_limits[1]);
+  EXPECT_NEAR(set->skeleton.bones[1].rotation_limits[1]->min_rad, -1.5707963, 1e-6);
+  EXPECT_FALSE(set->skeleton.bones[1].rotation_limits[2]);
   EXPECT_EQ(set->markers[0].bone, 1);
   EXPECT_DOUBLE_EQ(set->markers[0].offset_m.x(), 0.1);
   EXPECT_FLOAT_EQ(set->markers[0].colour[1], 0.5F);
+}
+
+TEST_F(MarkerSetFile, ReadsTheFormerNameOfTheRotationLimits) {
+  const fs::path file = write("old.toml", "name = \"old\"\n[[bone]]\nname = \"Hips\"\nturns_deg = { y = [-90, 0] }\n");
+
+  const auto skeleton = load_skeleton(file);
+
+  ASSERT_TRUE(skeleton) << skeleton.error().message;
+  ASSERT_TRUE(skeleton->bones[0].rotation_limits[1]);
+  EXPECT_NEAR(skeleton->bones[0].rotation_limits[1]->min_rad, -1.5707963, 1e-6);
+  EXPECT_FALSE(skeleton->bones[0].rotation_limits[0]);
+}
+
+TEST_F(MarkerSetFile, RefusesRotationLimitsWithBothNames) {
+  const fs::path file = write("both.toml",
+                              "name = \"both\"\n[[bone]]\nname = \"Hips\"\nturns_deg = { y = [-90, 0] }\n"
+                              "rotation_limits_deg = { y = [-90, 0] }\n");
+
+  const auto skeleton = load_skeleton(file);
+
+  ASSERT_FALSE(skeleton);
+  EXPECT_THAT(skeleton.error().message, HasSubstr("both.toml:4:13: bone 'Hips': turns_deg is the former name of "
+                                                  "rotation_limits_deg, expected one of them"));
 }
 
 TEST_F(MarkerSetFile, ListsAllFaultsOfBothFilesWithTheirPlaces) {
@@ -244,7 +267,7 @@ name = "Hips"
 name = "Chest"
 parent = "Hip"
 rest_ofset_m = [0.0, 0.0, 250]
-turns_deg = { x = [30, -30] }
+rotation_limits_deg = { x = [30, -30] }
 )");
   const fs::path file = write("set.toml", R"(name = "set"
 skeleton = "two.toml"

@@ -50,7 +50,7 @@ TEST(Sections, NameTheUnitOfEachNumberThatHasOne) {
                                            "agree_sigmas",
                                            "min_views_new",
                                            "confirm_sets",
-                                           "max_agility",
+                                           "max_noise_scale",
                                            "least_share",
                                            "max_iterations",
                                            "instants",

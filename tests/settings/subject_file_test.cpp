@@ -158,10 +158,12 @@ TEST_F(SubjectFileTest, SkeletonIsReadAsItWasWritten) {
     EXPECT_EQ(read->bones[b].parent, skeleton.bones[b].parent);
     EXPECT_EQ(read->bones[b].rest_offset_m, skeleton.bones[b].rest_offset_m);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      ASSERT_EQ(read->bones[b].turns[axis].has_value(), skeleton.bones[b].turns[axis].has_value());
-      if (!skeleton.bones[b].turns[axis]) continue;
-      EXPECT_NEAR(read->bones[b].turns[axis]->min_rad, skeleton.bones[b].turns[axis]->min_rad, 1e-3);
-      EXPECT_NEAR(read->bones[b].turns[axis]->max_rad, skeleton.bones[b].turns[axis]->max_rad, 1e-3);
+      ASSERT_EQ(read->bones[b].rotation_limits[axis].has_value(), skeleton.bones[b].rotation_limits[axis].has_value());
+      if (!skeleton.bones[b].rotation_limits[axis]) continue;
+      EXPECT_NEAR(read->bones[b].rotation_limits[axis]->min_rad, skeleton.bones[b].rotation_limits[axis]->min_rad,
+                  1e-3);
+      EXPECT_NEAR(read->bones[b].rotation_limits[axis]->max_rad, skeleton.bones[b].rotation_limits[axis]->max_rad,
+                  1e-3);
     }
   }
 }

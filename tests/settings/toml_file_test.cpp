@@ -108,6 +108,52 @@ TEST_F(Toml, KeepsTheDefaultOfAWrongValueAndNamesPlaceValueAndExpectation) {
   EXPECT_TRUE(flag);
 }
 
+TEST_F(Toml, ReadsTheFormerNameOfAKey) {
+  TomlTable table = open("max_old = 7\npoint_old = [1, 2]\n");
+  double most = 3.0;
+  std::array<double, 2> point{};
+
+  table.number("max_new", most, {0, 10}, {.required = "the maximum", .formerly = "max_old"});
+  table.numbers("point", point, {0, 10}, {.formerly = "point_old"});
+  table.done();
+
+  EXPECT_THAT(faults(), IsEmpty());
+  EXPECT_EQ(most, 7.0);
+  EXPECT_THAT(point, ElementsAre(1.0, 2.0));
+}
+
+TEST_F(Toml, RefusesAKeyWithBothItsNames) {
+  TomlTable table = open("max_old = 7\nmax_new = 8\n");
+  double most = 3.0;
+
+  table.number("max_new", most, {0, 10}, {.formerly = "max_old"});
+  table.done();
+
+  EXPECT_THAT(faults(), ElementsAre("1:11: max_old is the former name of max_new, expected one of them"));
+}
+
+TEST_F(Toml, NamesThePlaceOfAWrongValueOfAFormerName) {
+  TomlTable table = open("max_old = 11\npoint_old = [1, 12]\n");
+  double most = 3.0;
+  std::array<double, 2> point{};
+
+  table.number("max_new", most, {0, 10}, {.formerly = "max_old"});
+  table.numbers("point", point, {0, 10}, {.formerly = "point_old"});
+
+  EXPECT_THAT(faults(), ElementsAre("1:11: max_new is 11, expected 0 to 10",  //
+                                    "2:13: point has 12, expected 0 to 10"));
+}
+
+TEST_F(Toml, KnowsNoFormerNameOfAnotherKey) {
+  TomlTable table = open("max_old = 7\n");
+  double most = 3.0;
+
+  table.number("least", most, {0, 10}, {.formerly = "least_old"});
+  table.done();
+
+  EXPECT_THAT(faults(), ElementsAre("1:1: unknown key 'max_old'; known are least"));
+}
+
 TEST_F(Toml, MissesARequiredKey) {
   TomlTable table = open("");
   std::string name;

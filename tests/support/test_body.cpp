@@ -32,9 +32,10 @@ MarkerSet person(const std::string& name) {
     bone.parent = bone_named(set, view["parent"].value_or(std::string()));
     bone.rest_offset_m = three(view["rest_offset_m"]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto range = view["turns_deg"][std::string(1, static_cast<char>('x' + axis))];
+      const auto range = view["rotation_limits_deg"][std::string(1, static_cast<char>('x' + axis))];
       if (!range.is_array()) continue;  // a locked axis
-      bone.turns[axis] = AngleRange{range[0].value_or(0.0) * 0.0174532925, range[1].value_or(0.0) * 0.0174532925};
+      bone.rotation_limits[axis] =
+          AngleRange{range[0].value_or(0.0) * 0.0174532925, range[1].value_or(0.0) * 0.0174532925};
     }
     set.skeleton.bones.push_back(bone);
   }
@@ -97,7 +98,7 @@ std::vector<Pose> random_pose(const MarkerSet& set, double spread_rad, std::mt19
     Pose pose{bone.rest_offset_m, Eigen::Quaterniond::Identity()};
     Eigen::Vector3d phi;
     for (int axis = 0; axis < 3; ++axis) {
-      const AngleRange range = bone.turns[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
+      const AngleRange range = bone.rotation_limits[static_cast<std::size_t>(axis)].value_or(AngleRange{0.0, 0.0});
       const double x = share(random);
       phi[axis] = x * std::min(spread_rad, 0.5 * (x < 0.0 ? -range.min_rad : range.max_rad));
     }

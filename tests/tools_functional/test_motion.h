@@ -46,10 +46,10 @@ class Gymnast {
       Pose local{bone.rest_offset_m, Eigen::Quaterniond::Identity()};
       Eigen::Vector3d rotation_rad = Eigen::Vector3d::Zero();
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (!bone.turns[axis]) continue;
+        if (!bone.rotation_limits[axis]) continue;
         const double rad = (0.6 + 0.11 * static_cast<double>(3 * b + axis)) * static_cast<double>(frame) / 60.0;
         const double wave = std::sin(rad);
-        const double reach = wave > 0.0 ? bone.turns[axis]->max_rad : -bone.turns[axis]->min_rad;
+        const double reach = wave > 0.0 ? bone.rotation_limits[axis]->max_rad : -bone.rotation_limits[axis]->min_rad;
         rotation_rad[static_cast<Eigen::Index>(axis)] = wave * std::clamp(0.7 * reach, 0.0, 0.87);
       }
       if (bone.parent < 0) local.position = {0.0, 0.0, 1.0};

@@ -13,7 +13,7 @@ namespace blob_tracks_test {
 using Point = filter::Vector<2>;
 
 constexpr double kStep_s = 0.01;
-constexpr filter::IsotropicKalmanSettings kKalman{.acceleration_u_s2 = 2000.0, .birth_speed_u_s = 200.0};
+constexpr filter::IsotropicKalmanSettings kKalman{.acceleration_u_s2 = 2000.0, .initial_speed_u_s = 200.0};
 
 // A motion filter with a gate of four standard deviations plus 6 px.
 class Follower {

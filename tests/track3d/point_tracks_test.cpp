@@ -41,7 +41,7 @@ struct Tracker {
   }
   void update() {
     tracks.update(measurements, [](const Seen& seen) {
-      return filter::Kalman<3>({.acceleration_u_s2 = 20.0, .birth_speed_u_s = 1.0}, seen);
+      return filter::Kalman<3>({.acceleration_u_s2 = 20.0, .initial_speed_u_s = 1.0}, seen);
     });
   }
   // The measurement of the track with this id, or kNone.

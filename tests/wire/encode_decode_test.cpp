@@ -564,8 +564,8 @@ TEST(EncodeDescription, RoundTrips) {
   EXPECT_EQ(set.skeleton.bones[0].parent, -1);
   EXPECT_EQ(set.skeleton.bones[1].parent, 0);
   EXPECT_EQ(set.skeleton.bones[0].aliases.unreal, "pelvis");
-  EXPECT_EQ(set.skeleton.bones[0].turns[1]->max_rad, 2.0);
-  EXPECT_FALSE(set.skeleton.bones[0].turns[2]);
+  EXPECT_EQ(set.skeleton.bones[0].rotation_limits[1]->max_rad, 2.0);
+  EXPECT_FALSE(set.skeleton.bones[0].rotation_limits[2]);
   EXPECT_EQ(set.markers.at(1).name, "ChestMarker");
   EXPECT_EQ(set.markers.at(1).offset_m, Eigen::Vector3d(0.0, 0.2, 0.0));
   EXPECT_EQ(set.markers.at(0).colour, (std::array<float, 3>{1.0F, 0.5F, 0.25F}));

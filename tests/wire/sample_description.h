@@ -34,7 +34,7 @@ inline Description sample_description(std::uint32_t version = 1) {
   Bone hips;
   hips.name = "Hips";
   hips.rest_offset_m = {0.0, 0.0, 0.95};
-  hips.turns = {AngleRange{}, AngleRange{-1.0, 2.0}, std::nullopt};
+  hips.rotation_limits = {AngleRange{}, AngleRange{-1.0, 2.0}, std::nullopt};
   hips.aliases = {"Hips", "pelvis", "hips"};
   Bone chest;
   chest.name = "Chest";

@@ -57,7 +57,7 @@ std::string to_json(const PointsScore& s, const std::string& motion, const simwo
                                          {"id_changes", s.id_changes},
                                          {"id_changes_named", s.id_changes_named},
                                          {"id_changes_in_view", s.id_changes_in_view},
-                                         {"births", s.births},
+                                         {"initiated", s.initiated},
                                          {"nees", s.nees.mean()},
                                          {"nees_expected", 3.0},
                                          {"nees_tracks", s.nees_track.mean()},
@@ -82,7 +82,7 @@ std::string to_text(const PointsScore& s) {
   recall("2 or more, by merged blobs", s.merged);
   text += fmt::format("tracks    {:.4f} % of {} seen by 2 or more; rms {:.4f} mm, coasting {:.2f} mm; {} initiated\n",
                       100.0 * s.tracked.value(), s.tracked.of, rms_mm(s.squared_error_track_m2),
-                      rms_mm(s.squared_error_coast_m2), s.births);
+                      rms_mm(s.squared_error_coast_m2), s.initiated);
   text += fmt::format("ghosts    {:.2f} tracks, {:.2f} points in 1000 sets\n", per_1000(s.ghosts, s.sets),
                       per_1000(s.point_ghosts, s.sets));
   text += fmt::format("ids       {} changes, {} of them of labelled markers, {} in view\n", s.id_changes,

@@ -139,7 +139,7 @@ void PointsScorer::score_tracks(const simworld::SeenInstant& truth, const Tracke
   std::vector<const TrackedMarker*> seen;
   for (const TrackedMarker& track : tracked) {
     if (track.id.value >= next_track_) {
-      ++score_.births;
+      ++score_.initiated;
       next_track_ = track.id.value + 1;
     }
     if (track.state != TrackState::Confirmed) continue;

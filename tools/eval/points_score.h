@@ -55,7 +55,7 @@ struct PointsScore {
   std::uint64_t id_changes = 0;          ///< a light has a different track than when it was last tracked
   std::uint64_t id_changes_named = 0;    ///< changes of lights that have a label in the recording
   std::uint64_t id_changes_in_view = 0;  ///< changes from one set to the next
-  std::uint64_t births = 0;              ///< initiated tracks
+  std::uint64_t initiated = 0;           ///< initiated tracks
   std::uint64_t skipped = 0;             ///< hypotheses of new markers that were skipped to bound the work
 };
 

@@ -84,21 +84,22 @@ WandScore compare(const calibration::WandSolution& solution, const Rig& truth) {
   WandScore score;
   const auto aligned = geometry::fit_rigid(centres);
   if (!aligned) return score;
-  const Eigen::Matrix3d turn = aligned->to_from.rotation.toRotationMatrix();
+  const Eigen::Matrix3d true_from_rig = aligned->to_from.rotation.toRotationMatrix();
   double places = 0.0;
-  double turns = 0.0;
+  double squared_angles = 0.0;
   Eigen::VectorXd errors(6 * static_cast<Eigen::Index>(rig.size()));  // in the rig's axes
   for (std::size_t c = 0; c < rig.size(); ++c) {
     const double place = (aligned->to_from * centres[c].from - centres[c].to).norm();
-    const Eigen::Matrix3d off =
-        truth[c].camera_from_world.rotation * (rig[c].camera_from_world.rotation * turn.transpose()).transpose();
-    const Eigen::AngleAxisd turned(off);
-    const double angle = std::abs(turned.angle());
+    const Eigen::Matrix3d off = truth[c].camera_from_world.rotation *
+                                (rig[c].camera_from_world.rotation * true_from_rig.transpose()).transpose();
+    const Eigen::AngleAxisd angle_axis(off);
+    const double angle = std::abs(angle_axis.angle());
     places += place * place;
-    turns += angle * angle;
+    squared_angles += angle * angle;
     const auto first = 6 * static_cast<Eigen::Index>(c);
-    errors.segment<3>(first) = turn.transpose() * (centres[c].to - aligned->to_from * centres[c].from);
-    errors.segment<3>(first + 3) = -(rig[c].camera_from_world.rotation.transpose() * (turned.angle() * turned.axis()));
+    errors.segment<3>(first) = true_from_rig.transpose() * (centres[c].to - aligned->to_from * centres[c].from);
+    errors.segment<3>(first + 3) =
+        -(rig[c].camera_from_world.rotation.transpose() * (angle_axis.angle() * angle_axis.axis()));
     score.position_worst_mm = std::max(score.position_worst_mm, 1e3 * place);
     score.rotation_worst_deg = std::max(score.rotation_worst_deg, angle * 180.0 / std::numbers::pi);
     const Lens& lens = rig[c].lens;
@@ -108,7 +109,7 @@ WandScore compare(const calibration::WandSolution& solution, const Rig& truth) {
   }
   const auto n = static_cast<double>(rig.size());
   score.position_error_mm = 1e3 * std::sqrt(places / n);
-  score.rotation_error_deg = std::sqrt(turns / n) * 180.0 / std::numbers::pi;
+  score.rotation_error_deg = std::sqrt(squared_angles / n) * 180.0 / std::numbers::pi;
   score.scale_error = spread(rig) / spread(truth) - 1.0;
   score.predicted_over_true = predicted_over_true(errors, solution.covariance);
   score.predicted_chance = 1.0 / std::sqrt(2.0 * static_cast<double>(errors.size() - 6));

@@ -39,13 +39,10 @@ std::string shortened(std::string text) {
   return text.substr(0, end) + "...";
 }
 
-using Keys = std::initializer_list<std::string_view>;
+// Name of rotation_limits_deg in files of former releases.
+constexpr std::string_view kFormerLimits = "turns_deg";
 
-// ", did you mean 'x'?" if one of the known words is near; otherwise empty.
-std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
-  const std::optional<std::string> nearest = nearest_word(word, known);
-  return nearest ? fmt::format(", did you mean '{}'?", *nearest) : std::string{};
-}
+using Keys = std::initializer_list<std::string_view>;
 
 // Collects the faults of one file while its values are read.
 class Reader {
@@ -67,7 +64,7 @@ class Reader {
     for (const auto& [key, node] : table) {
       if (std::find(keys.begin(), keys.end(), key.str()) != keys.end()) continue;
       const std::vector<std::string> known(keys.begin(), keys.end());
-      fault(key.source(), fmt::format("{}: unknown key '{}'{}", what, key.str(), suggestion(key.str(), known)));
+      fault(key.source(), fmt::format("{}: unknown key '{}'{}", what, key.str(), did_you_mean(key.str(), known)));
     }
   }
 
@@ -169,27 +166,33 @@ std::vector<const toml::table*> tables(const toml::table& root, std::string_view
   return found;
 }
 
-void read_turns(const toml::table& table, const std::string& what, Reader& reader, Bone& bone) {
-  const toml::node* node = table.get("turns_deg");
+void read_rotation_limits(const toml::table& table, const std::string& what, Reader& reader, Bone& bone) {
+  const toml::node* node = table.get("rotation_limits_deg");
+  const toml::node* former = table.get(kFormerLimits);
+  if (node != nullptr && former != nullptr) {
+    reader.fault(former->source(), fmt::format("{}: {} is the former name of rotation_limits_deg, expected one of them",
+                                               what, kFormerLimits));
+  }
+  if (node == nullptr) node = former;
   if (node == nullptr) return;
-  const toml::table* turns = node->as_table();
-  if (turns == nullptr) {
-    reader.fault(node->source(),
-                 fmt::format("{}: turns_deg is {}, expected {{ x = [min, max], ... }}", what, Reader::shown(*node)));
+  const toml::table* limits = node->as_table();
+  if (limits == nullptr) {
+    reader.fault(node->source(), fmt::format("{}: rotation_limits_deg is {}, expected {{ x = [min, max], ... }}", what,
+                                             Reader::shown(*node)));
     return;
   }
-  reader.allow_only(*turns, what + ": turns_deg", {"x", "y", "z"});
+  reader.allow_only(*limits, what + ": rotation_limits_deg", {"x", "y", "z"});
   constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto range = reader.numbers<2>(*turns, what + ": turns_deg", kAxes[axis], -180.0, 180.0);
+    const auto range = reader.numbers<2>(*limits, what + ": rotation_limits_deg", kAxes[axis], -180.0, 180.0);
     if (!range) continue;
     if ((*range)[0] >= (*range)[1]) {
-      reader.fault(turns->get(kAxes[axis])->source(),
-                   fmt::format("{}: turns_deg {} is from {} to {}, expected the smaller first", what, kAxes[axis],
-                               (*range)[0], (*range)[1]));
+      reader.fault(limits->get(kAxes[axis])->source(),
+                   fmt::format("{}: rotation_limits_deg {} is from {} to {}, expected the smaller first", what,
+                               kAxes[axis], (*range)[0], (*range)[1]));
       continue;
     }
-    bone.turns[axis] = AngleRange{(*range)[0] * kRadPerDegree, (*range)[1] * kRadPerDegree};
+    bone.rotation_limits[axis] = AngleRange{(*range)[0] * kRadPerDegree, (*range)[1] * kRadPerDegree};
   }
 }
 
@@ -232,7 +235,7 @@ void read_parent(const toml::table& table, const std::string& what, const Skelet
   bone.parent = index_of(above.bones, parent);
   if (bone.parent < 0) {
     reader.fault(node->source(), fmt::format("{}: parent is '{}', expected an earlier bone{}", what, parent,
-                                             suggestion(parent, names_of(above.bones))));
+                                             did_you_mean(parent, names_of(above.bones))));
   }
 }
 
@@ -244,7 +247,8 @@ Skeleton read_skeleton(const toml::table& root, Reader& reader) {
     Bone bone;
     bone.name = reader.words(*table, "bone", "name", true);
     const std::string what = fmt::format("bone '{}'", bone.name);
-    reader.allow_only(*table, what, {"name", "parent", "rest_offset_m", "turns_deg", "aliases"});
+    reader.allow_only(*table, what,
+                      {"name", "parent", "rest_offset_m", "rotation_limits_deg", kFormerLimits, "aliases"});
     if (!bone.name.empty() && index_of(skeleton.bones, bone.name) >= 0) {
       reader.fault(table->get("name")->source(),
                    fmt::format("{}: the name occurs twice, expected one bone per name", what));
@@ -258,7 +262,7 @@ Skeleton read_skeleton(const toml::table& root, Reader& reader) {
           fmt::format("{}: rest_offset_m is missing, expected the offset of the joint from that of its parent, in m",
                       what));
     }
-    read_turns(*table, what, reader, bone);
+    read_rotation_limits(*table, what, reader, bone);
     read_aliases(*table, what, reader, bone);
     skeleton.bones.push_back(std::move(bone));
   }
@@ -282,7 +286,7 @@ void read_markers(const toml::table& root, Reader& reader, MarkerSet& set) {
     if (marker.bone < 0 && !bone.empty() && !set.skeleton.bones.empty()) {
       reader.fault(table->get("bone")->source(),
                    fmt::format("{}: bone is '{}', expected a bone of skeleton '{}'{}", what, bone, set.skeleton.name,
-                               suggestion(bone, names_of(set.skeleton.bones))));
+                               did_you_mean(bone, names_of(set.skeleton.bones))));
     }
     const auto offset = reader.numbers<3>(*table, what, "offset_m", -kLongestOffset_m, kLongestOffset_m);
     if (offset) marker.offset_m = {(*offset)[0], (*offset)[1], (*offset)[2]};
@@ -309,7 +313,7 @@ std::optional<MarkerPair> read_pair(const toml::node& node, const std::vector<Ma
     if (name && pair[i] < known.size()) continue;
     reader.fault(names->get(i)->source(),
                  fmt::format("asymmetric: {} is no marker of this set{}", Reader::shown(*names->get(i)),
-                             suggestion(name.value_or(""), known)));
+                             did_you_mean(name.value_or(""), known)));
     return std::nullopt;
   }
   return MarkerPair{pair[0], pair[1]};

@@ -59,9 +59,7 @@ class OffsetReader {
     table.number("residual_m", residual_m, kResidual_m);
     table.done();
     if (at == names_.end()) {
-      const auto near = nearest_word(name, names_);
-      return table.fault(
-          "name", fmt::format("is not in the marker set{}", near ? fmt::format(", did you mean '{}'?", *near) : ""));
+      return table.fault("name", fmt::format("is not in the marker set{}", did_you_mean(name, names_)));
     }
     const auto i = static_cast<std::size_t>(at - names_.begin());
     if (found_[i]) return table.fault("name", fmt::format("is there twice, expected each {} once", what_));
@@ -192,8 +190,8 @@ Status save_marker_set(const fs::path& path, const MarkerSet& set, const fs::pat
 
 Status save_skeleton(const fs::path& path, const Skeleton& skeleton) {
   std::string text = fmt::format(
-      "# rest_offset_m: the joint from the joint of its parent, in rest pose; turns_deg: range of rotation about x, y, "
-      "z\n"
+      "# rest_offset_m: the joint from the joint of its parent, in rest pose\n"
+      "# rotation_limits_deg: range of rotation about x, y, z\n"
       "name = {}\n",
       quoted_text(skeleton.name));
   for (const Bone& bone : skeleton.bones) {
@@ -203,13 +201,14 @@ Status save_skeleton(const fs::path& path, const Skeleton& skeleton) {
                           quoted_text(skeleton.bones[static_cast<std::size_t>(bone.parent)].name),
                           offset_text(bone.rest_offset_m));
     }
-    std::string turns;
-    for (std::size_t axis = 0; axis < bone.turns.size(); ++axis) {
-      if (!bone.turns[axis]) continue;
-      turns += fmt::format("{}{} = [{:.1f}, {:.1f}]", turns.empty() ? "" : ", ", "xyz"[axis],
-                           kDegreesPerRad * bone.turns[axis]->min_rad, kDegreesPerRad * bone.turns[axis]->max_rad);
+    std::string limits;
+    for (std::size_t axis = 0; axis < bone.rotation_limits.size(); ++axis) {
+      if (!bone.rotation_limits[axis]) continue;
+      limits += fmt::format("{}{} = [{:.1f}, {:.1f}]", limits.empty() ? "" : ", ", "xyz"[axis],
+                            kDegreesPerRad * bone.rotation_limits[axis]->min_rad,
+                            kDegreesPerRad * bone.rotation_limits[axis]->max_rad);
     }
-    text += fmt::format("turns_deg = {{ {} }}\n", turns);
+    text += fmt::format("rotation_limits_deg = {{ {} }}\n", limits);
   }
   return replace_file(path, text);
 }

@@ -14,4 +14,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 /// The known word with the smallest edit distance, if that is at most a third of the length of the longer word.
 std::optional<std::string> nearest_word(std::string_view word, const std::vector<std::string>& known);
 
+/// ", did you mean 'x'?" with the nearest word; empty if there is none.
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& known);
+
 }  // namespace mocap::settings

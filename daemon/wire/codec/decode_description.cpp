@@ -82,8 +82,9 @@ Result<Bone> decode_bone(const v1::Bone& from, std::size_t index) {
   into.name = from.name();
   into.parent = from.has_parent() ? static_cast<int>(from.parent()) : -1;
   into.rest_offset_m = vector_of(from.rest_offset_m());
-  into.turns = {angle_range_of(from.has_turn_x(), from.turn_x()), angle_range_of(from.has_turn_y(), from.turn_y()),
-                angle_range_of(from.has_turn_z(), from.turn_z())};
+  into.rotation_limits = {angle_range_of(from.has_turn_x(), from.turn_x()),
+                          angle_range_of(from.has_turn_y(), from.turn_y()),
+                          angle_range_of(from.has_turn_z(), from.turn_z())};
   into.aliases = {from.unity_name(), from.unreal_name(), from.vrm_name()};
   if (!into.rest_offset_m.allFinite())
     return wrong_description(fmt::format("bone '{}': rest_offset_m is not finite", from.name()));

@@ -49,9 +49,9 @@ void encode_bone(const Bone& from, v1::Bone& into) {
   into.set_name(valid_utf8(from.name));
   if (from.parent >= 0) into.set_parent(static_cast<std::uint32_t>(from.parent));
   encode_vector(from.rest_offset_m, *into.mutable_rest_offset_m());
-  if (from.turns[0]) encode_angle_range(*from.turns[0], *into.mutable_turn_x());
-  if (from.turns[1]) encode_angle_range(*from.turns[1], *into.mutable_turn_y());
-  if (from.turns[2]) encode_angle_range(*from.turns[2], *into.mutable_turn_z());
+  if (from.rotation_limits[0]) encode_angle_range(*from.rotation_limits[0], *into.mutable_turn_x());
+  if (from.rotation_limits[1]) encode_angle_range(*from.rotation_limits[1], *into.mutable_turn_y());
+  if (from.rotation_limits[2]) encode_angle_range(*from.rotation_limits[2], *into.mutable_turn_z());
   into.set_unity_name(valid_utf8(from.aliases.unity));
   into.set_unreal_name(valid_utf8(from.aliases.unreal));
   into.set_vrm_name(valid_utf8(from.aliases.vrm));

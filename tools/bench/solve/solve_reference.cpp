@@ -21,25 +21,25 @@ struct Residuals {
   template <class T>
   bool operator()(T const* const* parameters, T* residuals) const {
     const auto& bones = marker_set->skeleton.bones;
-    std::vector<Eigen::Matrix<T, 3, 3>> turns(bones.size());
+    std::vector<Eigen::Matrix<T, 3, 3>> rotations(bones.size());
     std::vector<Eigen::Matrix<T, 3, 1>> places(bones.size());
     for (std::size_t b = 0; b < bones.size(); ++b) {
-      std::array<T, 9> turn;  // column-major
-      ceres::AngleAxisToRotationMatrix(parameters[1 + b], turn.data());
-      const Eigen::Matrix<T, 3, 3> local = Eigen::Map<const Eigen::Matrix<T, 3, 3>>(turn.data());
+      std::array<T, 9> rotation;  // column-major
+      ceres::AngleAxisToRotationMatrix(parameters[1 + b], rotation.data());
+      const Eigen::Matrix<T, 3, 3> local = Eigen::Map<const Eigen::Matrix<T, 3, 3>>(rotation.data());
       if (bones[b].parent < 0) {
-        turns[b] = local;
+        rotations[b] = local;
         places[b] = Eigen::Map<const Eigen::Matrix<T, 3, 1>>(parameters[0]);
         continue;
       }
       const auto parent = static_cast<std::size_t>(bones[b].parent);
-      turns[b] = turns[parent] * local;
-      places[b] = places[parent] + turns[parent] * bones[b].rest_offset_m.cast<T>();
+      rotations[b] = rotations[parent] * local;
+      places[b] = places[parent] + rotations[parent] * bones[b].rest_offset_m.cast<T>();
     }
     for (std::size_t m = 0; m < marker_set->markers.size(); ++m) {
       const auto bone = static_cast<std::size_t>(marker_set->markers[m].bone);
       Eigen::Map<Eigen::Matrix<T, 3, 1>> off(residuals + 3 * m);
-      off = places[bone] + turns[bone] * marker_set->markers[m].offset_m.cast<T>() - (*seen)[m].v.cast<T>();
+      off = places[bone] + rotations[bone] * marker_set->markers[m].offset_m.cast<T>() - (*seen)[m].v.cast<T>();
     }
     return true;
   }
@@ -51,20 +51,20 @@ struct SolveReference::Parts {
   MarkerSet marker_set;
   std::vector<WorldPoint> seen;
   std::array<double, 3> root{0.0, 0.0, 1.0};
-  std::vector<std::array<double, 3>> turns;
+  std::vector<std::array<double, 3>> rotations;
   ceres::Problem problem;
 };
 
 SolveReference::SolveReference(const MarkerSet& marker_set) : parts_(std::make_unique<Parts>()) {
   parts_->marker_set = marker_set;
   parts_->seen.resize(marker_set.markers.size());
-  parts_->turns.assign(marker_set.skeleton.bones.size(), {1e-6, 0.0, 0.0});
+  parts_->rotations.assign(marker_set.skeleton.bones.size(), {1e-6, 0.0, 0.0});
   auto* cost = new ceres::DynamicAutoDiffCostFunction<Residuals, kStride>(  // the problem owns it
       new Residuals{&parts_->marker_set, &parts_->seen});
   std::vector<double*> blocks{parts_->root.data()};
   cost->AddParameterBlock(3);
-  for (auto& turn : parts_->turns) {
-    blocks.push_back(turn.data());
+  for (auto& rotation : parts_->rotations) {
+    blocks.push_back(rotation.data());
     cost->AddParameterBlock(3);
   }
   cost->SetNumResiduals(static_cast<int>(3 * marker_set.markers.size()));

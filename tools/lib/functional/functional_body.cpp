@@ -206,7 +206,7 @@ class BodyBuilder {
 
   void add_root(std::size_t segment) {
     Bone root;
-    root.turns.fill(AngleRange{});
+    root.rotation_limits.fill(AngleRange{});
     add(segment, std::move(root), segments_[segment].shape_m);
   }
 
@@ -217,13 +217,13 @@ class BodyBuilder {
     Bone bone;
     bone.parent = bone_of_[edge.parent];
     bone.rest_offset_m = edge.joint.in_one_m - joint_m_[edge.parent];
-    bone.turns.fill(AngleRange{});
+    bone.rotation_limits.fill(AngleRange{});
     FoundJoint found{.parent = body_.marker_set.skeleton.bones[static_cast<std::size_t>(bone.parent)].name,
                      .rms_m = edge.joint.rms_m};
     if (child.has_orientation()) {
       const JointRotation turned = measure_rotation(parent, child);
       for (int axis = 0; axis < 3; ++axis) {
-        bone.turns[static_cast<std::size_t>(axis)] =
+        bone.rotation_limits[static_cast<std::size_t>(axis)] =
             AngleRange{std::max(-std::numbers::pi, turned.least_rad[axis] - kTurnMargin_rad),
                        std::min(std::numbers::pi, turned.most_rad[axis] + kTurnMargin_rad)};
       }
