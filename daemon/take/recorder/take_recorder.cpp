@@ -100,7 +100,7 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   void finish(Timestamp now, const std::string& why) override {
-    drop_next("it was not begun");
+    drop_next("the recorder ends");
     if (waiting_.cancel()) {
       log_warn(kWho, fmt::format("the take that waited does not start: {}", why.empty() ? "mocapd ends" : why));
     }
@@ -156,7 +156,7 @@ class DiskTakeRecorder : public TakeRecorder {
   // Returns whether a take was about to start.
   bool drop_next(const std::string& why) {
     const auto next = std::exchange(next_, std::nullopt);
-    if (next) answer(next->order, TakeOutcome::Failed, why);
+    if (next) answer(next->order, TakeOutcome::Failed, fmt::format("{}: {}", kDoesNotStart, why));
     return next.has_value();
   }
 
@@ -181,7 +181,7 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   void order_stop(const TakeOrder& order) {
-    const bool dropped = drop_next("a stop came before it began");
+    const bool dropped = drop_next("a stop came first");
     if (recording_ && !recording_->stopped_by) {
       stop_at(order.at);
       recording_->stopped_by = order;
@@ -198,7 +198,7 @@ class DiskTakeRecorder : public TakeRecorder {
 
   // A take that was stopped is no longer cancelled, even if its file is not complete yet.
   void order_cancel(const TakeOrder& order) {
-    if (drop_next("it was cancelled before it began")) return answer(order, TakeOutcome::Done, kDoesNotStart);
+    if (drop_next("it was cancelled")) return answer(order, TakeOutcome::Done, kDoesNotStart);
     if (recording_ && !is_stopped(order.at)) return cancel(order);
     const bool waited = waiting_.cancel();
     if (waited) state_.state = TakeState::Cancelled;
