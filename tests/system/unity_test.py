@@ -266,6 +266,26 @@ class Components(unittest.TestCase):
         self.assert_near(said["markers"][2][2], [-0.5, 2, 1], "unlabelled marker")
         self.assertEqual(said["log"], ["warning: mocap: 'actor': the character has no LeftToes"])
 
+    def test_a_silent_feed_shows_nothing_and_freezes_the_character(self):
+        fake = FakeFeed(bones=[("Hips", "Spine"), "Body"], poses=[STANDING, STANDING])
+        self.addCleanup(fake.close)
+        environment = {**os.environ, "LD_LIBRARY_PATH": str(self.root / "Runtime/Plugins/x86_64")}
+        scene = subprocess.Popen(["mono", "Scene.exe", fake.endpoint, "0", "2", "until-silent"], cwd=self.out, stdout=subprocess.PIPE,
+                                 text=True, env=environment)
+        self.addCleanup(scene.stdout.close)
+        before = json.loads(scene.stdout.readline())
+        self.assertEqual((before["prop_tracked"], before["shown_markers"], before["shown_lines"]), (True, 2, 1))
+        fake.close()
+
+        said = json.loads(scene.stdout.readline())
+
+        self.assertEqual(scene.wait(60), 0)
+        self.assertIn("nothing listens at " + fake.endpoint, said["status"])
+        for component in ("humanoid", "prop_status", "figures"):
+            self.assertEqual(said[component], said["status"])
+        self.assertEqual((said["prop_tracked"], said["shown_markers"], said["shown_lines"], said["markers"]), (False, 0, 0, []))
+        self.assert_near(said["hips"], [0, 2, 0], "the character stands where it was, although the Animator moved it")
+
     def test_a_component_names_what_the_feed_has_instead(self):
         said = self.show(bones=["Hips"])
         self.assertEqual(said["prop_status"], "no prop in the feed: its subjects are actor")

@@ -1,5 +1,6 @@
 // Runs the components of the Unity package as a scene would, with stand-ins for Unity, until the feed has shown every subject.
-// Prints what the scene shows, as JSON. usage: Scene.exe ENDPOINT ROOT_TURNED(0|1) SUBJECTS
+// Prints what the scene shows, as JSON; with until-silent again when the feed is gone. usage: Scene.exe ENDPOINT
+// ROOT_TURNED(0|1) SUBJECTS [until-silent]
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -50,30 +51,59 @@ static class Scene {
     return humanoid;
   }
 
+  static Mocap.MocapFeed feed;
+  static Mocap.MocapHumanoid humanoid;
+  static Mocap.MocapProp prop;
+  static Mocap.MocapMarkers markers;
+  static Mocap.Samples.StickFigures figures;
+  static int frames;
+
+  static T Own<T>(object of, string name) {
+    return (T)of.GetType().GetField(name, BindingFlags.Instance | BindingFlags.NonPublic).GetValue(of);
+  }
+
+  // Runs frames of the engine until the feed has what the caller waits for. False: that took too long.
+  static bool Play(List<Behaviour> scene, Func<bool> until) {
+    var limit = DateTime.UtcNow.AddSeconds(kLimit_s);
+    for (; DateTime.UtcNow < limit; ++frames) {
+      Time.unscaledTime = frames * 0.02f;
+      Call(feed, "Update");
+      foreach (Behaviour each in scene) Call(each, "LateUpdate");
+      if (until()) return true;
+      Thread.Sleep(20);  // one frame of the engine
+    }
+    return false;
+  }
+
   static int Main(string[] a) {
-    var feed = new GameObject("Feed").AddComponent<Mocap.MocapFeed>();
+    feed = new GameObject("Feed").AddComponent<Mocap.MocapFeed>();
     feed.endpoint = a[0];
-    Mocap.MocapHumanoid humanoid = Character(a[1] == "1");
+    humanoid = Character(a[1] == "1");
     var volume = new GameObject("Volume").transform;
     volume.position = new Vector3(0, 0, 5);
-    var prop = new GameObject("Prop").AddComponent<Mocap.MocapProp>();
+    prop = new GameObject("Prop").AddComponent<Mocap.MocapProp>();
     prop.transform.SetParent(volume, false);
-    var markers = new GameObject("Markers").AddComponent<Mocap.MocapMarkers>();
-    var figures = new GameObject("Figures").AddComponent<Mocap.Samples.StickFigures>();
+    markers = new GameObject("Markers").AddComponent<Mocap.MocapMarkers>();
+    figures = new GameObject("Figures").AddComponent<Mocap.Samples.StickFigures>();
     var scene = new List<Behaviour> { feed, humanoid, prop, markers, figures };
     foreach (Behaviour each in scene) Call(each, "OnEnable");
 
     int subjects = int.Parse(a[2]);
-    var limit = DateTime.UtcNow.AddSeconds(kLimit_s);
-    bool complete = false;
-    for (int frames = 0; DateTime.UtcNow < limit && !complete; ++frames) {
-      Time.unscaledTime = frames * 0.02f;
-      Call(feed, "Update");
+    bool complete = Play(scene, () => feed.Frame != null && feed.Frame.Subjects.Count == subjects &&
+                                      feed.Status == "all is well");
+    Print();
+    if (a.Length > 3) {
+      bool silent = Play(scene, () => feed.Frame == null && feed.Status.StartsWith("nothing listens"));
+      humanoid.GetComponent<Animator>().Bones[HumanBodyBones.Hips].position = new Vector3(7, 7, 7);  // as an Animator that plays
       foreach (Behaviour each in scene) Call(each, "LateUpdate");
-      complete = feed.Frame != null && feed.Frame.Subjects.Count == subjects && feed.Status == "all is well";
-      Thread.Sleep(20);  // one frame of the engine
+      Print();
+      complete = complete && silent;
     }
+    foreach (Behaviour each in scene) Call(each, "OnDisable");
+    return complete ? 0 : 1;
+  }
 
+  static void Print() {
     Transform hips = humanoid.GetComponent<Animator>().Bones[HumanBodyBones.Hips];
     // Removes the rotations of the character and of the rest pose.
     Quaternion turn = Quaternion.Inverse(humanoid.transform.rotation) * hips.rotation * new Quaternion(-kHalf, 0, 0, kHalf);
@@ -82,6 +112,11 @@ static class Scene {
     out_.Append(", \"rotation_xyzw\": " + Text(turn)).Append(", \"humanoid\": " + Text(humanoid.Status));
     out_.Append(", \"prop\": " + Text(prop.transform.position)).Append(", \"prop_xyzw\": " + Text(prop.transform.rotation));
     out_.Append(", \"prop_status\": " + Text(prop.Status)).Append(", \"figures\": " + Text(figures.Status));
+    List<GameObject> spheres = Own<List<GameObject>>(markers, "shown_");
+    List<LineRenderer> lines = Own<List<LineRenderer>>(figures, "lines_");
+    out_.Append(", \"prop_tracked\": " + (prop.IsTracked ? "true" : "false"));
+    out_.Append(", \"shown_markers\": " + spheres.FindAll(each => each.activeSelf).Count);
+    out_.Append(", \"shown_lines\": " + lines.FindAll(each => each.enabled).Count);
     out_.Append(", \"markers\": [");
     for (int i = 0; i < markers.Markers.Count; ++i) {
       Mocap.ListedMarker each = markers.Markers[i];
@@ -90,7 +125,5 @@ static class Scene {
     }
     out_.Append("], \"log\": [" + string.Join(", ", Debug.Said.ConvertAll(said => Text(said)).ToArray()) + "]}");
     Console.WriteLine(out_);
-    foreach (Behaviour each in scene) Call(each, "OnDisable");
-    return complete ? 0 : 1;
   }
 }

@@ -20,7 +20,7 @@ public sealed class MocapFeed : MonoBehaviour {
 
   /// The reason why no data arrives, or the state without a fault, in one line.
   public string Status { get; private set; }
-  /// The newest frame; null before the first.
+  /// The newest frame; null before the first, and if none came for a second.
   public Frame Frame { get; private set; }
   /// Number of frames received since the component was enabled. A reader compares it to find a new frame.
   public ulong Count { get; private set; }
@@ -30,10 +30,12 @@ public sealed class MocapFeed : MonoBehaviour {
   /// The first enabled feed of the scene, or null.
   public static MocapFeed First { get { return running_.Count > 0 ? running_[0] : null; } }
 
+  const float kSilence_s = 1.0f;  // as in the diagnosis of the client
+
   static readonly List<MocapFeed> running_ = new List<MocapFeed>();
   Client client_;
   Frame buffer_;
-  float nextStatus_;
+  float nextStatus_, lastFrame_;
 
   void OnEnable() {
     Count = 0;
@@ -52,7 +54,10 @@ public sealed class MocapFeed : MonoBehaviour {
   void OnDisable() {
     running_.Remove(this);
     Frame = null;
-    if (client_ != null) client_.Dispose();
+    if (client_ != null) {
+      client_.Dispose();
+      Status = "the Mocap Feed is disabled";
+    }
     if (buffer_ != null) buffer_.Dispose();
     client_ = null;
     buffer_ = null;
@@ -63,9 +68,14 @@ public sealed class MocapFeed : MonoBehaviour {
     if (client_.Poll(buffer_)) {
       Frame = buffer_;
       ++Count;
+      lastFrame_ = Time.unscaledTime;
+    }
+    if (Frame != null && Time.unscaledTime - lastFrame_ > kSilence_s) {
+      Frame = null;
+      nextStatus_ = 0;
     }
     if (Time.unscaledTime < nextStatus_) return;
-    nextStatus_ = Time.unscaledTime + 1.0f;
+    nextStatus_ = Time.unscaledTime + (Frame != null ? 1.0f : 0.1f);  // a reason why nothing arrives is never old
     string sentence;
     client_.Diagnose(out sentence);
     Status = sentence;

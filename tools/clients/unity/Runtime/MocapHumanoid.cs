@@ -63,6 +63,9 @@ public sealed class MocapHumanoid : MocapReceiver {
     Apply();
   }
 
+  // The character keeps its last pose, also if the Animator plays.
+  protected override void ShowNothing() { Apply(); }
+
   void Read(Frame frame) {
     frame_ = frame;
     found_ = SubjectChoice.Find(frame, subject, SubjectChoice.Person);

@@ -16,7 +16,7 @@ public sealed class MocapMarkers : MocapReceiver {
   [Tooltip("Diameter of the sphere, m")]
   public float diameter = 0.014f;
 
-  /// The markers of the newest frame. The next frame overwrites the list.
+  /// The markers of the newest frame; none while the feed is silent. The next frame overwrites the list.
   public IList<ListedMarker> Markers { get { return markers_; } }
 
   readonly List<ListedMarker> markers_ = new List<ListedMarker>();
@@ -25,6 +25,15 @@ public sealed class MocapMarkers : MocapReceiver {
   protected override void Show(Frame frame, bool isNew) {
     if (!isNew) return;
     MarkerList.Read(frame, subject, labelled, unlabelled, markers_);
+    Place();
+  }
+
+  protected override void ShowNothing() {
+    markers_.Clear();
+    Place();
+  }
+
+  void Place() {
     while (shown_.Count < markers_.Count) shown_.Add(Create());
     for (int i = 0; i < shown_.Count; ++i) {
       shown_[i].SetActive(i < markers_.Count);

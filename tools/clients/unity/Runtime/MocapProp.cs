@@ -8,7 +8,7 @@ public sealed class MocapProp : MocapReceiver {
   [Tooltip("Name of the subject; empty: the first prop. Of a subject with several bones, the object follows the root")]
   public string subject = "";
 
-  /// True if the newest frame has a pose of the prop. Otherwise the object stays where it was seen last.
+  /// True if the newest frame has a pose of the prop, and the feed is not silent. Otherwise the object stays where it was seen last.
   public bool IsTracked { get; private set; }
 
   Frame frame_;
@@ -24,6 +24,8 @@ public sealed class MocapProp : MocapReceiver {
     transform.localPosition = ToUnity.Position(found_.BonePoses[0].Position);
     transform.localRotation = ToUnity.Rotation(found_.BonePoses[0].Rotation);
   }
+
+  protected override void ShowNothing() { IsTracked = false; }
 
   protected override string Describe() {
     if (frame_ == null) return "no frame yet";

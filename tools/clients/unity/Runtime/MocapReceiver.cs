@@ -13,8 +13,12 @@ public abstract class MocapReceiver : MonoBehaviour {
   string obstacle_;
   ulong seen_;
 
-  /// Shows a frame. Called once in each LateUpdate since the first frame, also if no newer frame arrived.
+  /// Shows a frame. Called once in each LateUpdate while the feed has a frame, also if no newer frame arrived.
   protected abstract void Show(Frame frame, bool isNew);
+
+  /// Shows that there is no frame. Called instead of Show in each LateUpdate before the first frame, and while the feed is
+  /// silent.
+  protected abstract void ShowNothing();
 
   /// The state, in one line. Only called if somebody reads Status, so that a frame makes no garbage.
   protected abstract string Describe();
@@ -23,16 +27,22 @@ public abstract class MocapReceiver : MonoBehaviour {
   protected void LateUpdate() {
     MocapFeed source = feed != null ? feed : MocapFeed.First;
     if (source == null) {
-      obstacle_ = "no Mocap Feed in the scene: add the component Mocap Feed to an object";
+      Stop("no Mocap Feed in the scene: add the component Mocap Feed to an object");
       return;
     }
     if (source.Frame == null) {
-      obstacle_ = source.Status;
+      Stop(source.Status);
       return;
     }
     obstacle_ = null;
     Show(source.Frame, source.Count != seen_);
     seen_ = source.Count;
+  }
+
+  void Stop(string obstacle) {
+    obstacle_ = obstacle;
+    seen_ = 0;  // the next frame is new, also if the feed counts from the start again
+    ShowNothing();
   }
 }
 

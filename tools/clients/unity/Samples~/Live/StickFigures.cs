@@ -18,6 +18,15 @@ public sealed class StickFigures : MocapReceiver {
     if (!isNew) return;
     used_ = 0;
     foreach (Subject subject in frame.Subjects) Draw(subject);
+    HideUnused();
+  }
+
+  protected override void ShowNothing() {
+    used_ = 0;
+    HideUnused();
+  }
+
+  void HideUnused() {
     for (int i = 0; i < lines_.Count; ++i) lines_[i].enabled = i < used_;
   }
 
