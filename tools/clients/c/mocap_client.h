@@ -407,7 +407,11 @@ enum mocap_event_kind {
   MOCAP_EVENT_SUBJECT_LOST = 2,
   MOCAP_EVENT_DESCRIPTION_CHANGED = 3,
   MOCAP_EVENT_CAMERA_LOST = 4,
-  MOCAP_EVENT_CAMERA_BACK = 5
+  MOCAP_EVENT_CAMERA_BACK = 5,
+  MOCAP_EVENT_TAKE_STARTED = 6, /* message: its name */
+  MOCAP_EVENT_TAKE_ENDED = 7,   /* the file is complete; message: its name and its quality */
+  MOCAP_EVENT_TAKE_FAILED = 8,  /* ended early; message: its name and the reason */
+  MOCAP_EVENT_MARK = 9          /* of an operator; only in takes */
 };
 
 typedef struct mocap_event {

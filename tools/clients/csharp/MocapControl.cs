@@ -15,8 +15,10 @@ public enum Stage { Unknown = 0, Receive = 1, Detect = 2, Fuse = 3, Send = 4, To
 
 public enum RecordingState { Unknown = 0, Runs = 1, Ended = 2, Failed = 3 }
 
+/// See mocap_event_kind. A kind of a later version of the daemon has its number, which is none of these.
 public enum EventKind {
-  Unknown = 0, SubjectFound = 1, SubjectLost = 2, DescriptionChanged = 3, CameraLost = 4, CameraBack = 5
+  Unknown = 0, SubjectFound = 1, SubjectLost = 2, DescriptionChanged = 3, CameraLost = 4, CameraBack = 5,
+  TakeStarted = 6, TakeEnded = 7, TakeFailed = 8, Mark = 9
 }
 
 /// See mocap_code.

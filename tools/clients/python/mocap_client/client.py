@@ -87,13 +87,13 @@ class Client:
         self._ages_ns = collections.deque(maxlen=2048)
         self._next_sequence = None
         self._waiting = collections.deque()  # received snapshots, each with the description before it
+        self._newest = None  # the newest received snapshot, and its time of receipt, ns UTC
         self._events = collections.deque(maxlen=MAX_EVENTS)
         self._health = None
         # State that diagnosis.diagnose reads.
         self.foreign_protocol = None
         self.description = None
         self.last_frame_ns = None
-        self.transit_ns = None
         self.phases = []
         options = ((zmq.RCVHWM, 1000 if keep == 1 else 0), (zmq.RECONNECT_IVL, 100), (zmq.RECONNECT_IVL_MAX, 1000),
                    (zmq.HANDSHAKE_IVL, 2000), (zmq.HEARTBEAT_IVL, 1000), (zmq.MAXMSGSIZE, MAX_MESSAGE_BYTES))
@@ -177,6 +177,19 @@ class Client:
             self._receive()
             return diagnose(self, time.monotonic_ns())
 
+    def transit_ns(self):
+        """Time from the sending to the receipt of the newest snapshot; None if unknown. Older snapshots may have waited for this reader."""
+        if self._newest is None:
+            return None
+        payload, received_at_ns = self._newest
+        try:
+            message = snapshot_pb2.Snapshot.FromString(payload)
+        except DecodeError:
+            return None
+        if not message.instants.HasField("sent_at_ns") or not message.HasField("utc_minus_host_ns"):
+            return None
+        return received_at_ns - message.instants.sent_at_ns - message.utc_minus_host_ns
+
     # The messages
 
     def _receive(self):
@@ -192,6 +205,7 @@ class Client:
             topic, _, payload = message.partition(b"\0")
             if topic == self.topic.encode():
                 self._count(payload)
+                self._newest = payload, time.time_ns()
                 if self._keep == 1 and self._waiting:
                     self._waiting.clear()
                     self._statistics.skipped += 1
@@ -269,8 +283,6 @@ class Client:
             return None
         self.last_frame_ns = time.monotonic_ns()
         self.phases = [subject.phase for subject in frame.subjects.values()]
-        if frame.sent_at_ns is not None and frame.utc_minus_host_ns is not None:
-            self.transit_ns = time.time_ns() - frame.sent_at_ns - frame.utc_minus_host_ns
         age = self._age_ns(frame, None)
         if age is not None:
             self._ages_ns.append(age)

@@ -6,7 +6,7 @@ from .link import Fault, explain
 
 SECOND_NS = 1_000_000_000
 MAX_AHEAD_NS = 20_000_000
-MAX_TRANSIT_NS = 2 * SECOND_NS  # includes the time in the queue, because messages are read only when polled
+MAX_TRANSIT_NS = 2 * SECOND_NS  # includes the time in the queue of the socket, because messages are read only when polled
 ENDED, STOPPED, STREAMING = 5, 6, 2  # CameraPhase of health.proto
 
 
@@ -82,8 +82,9 @@ def diagnose(client, now_ns):
         return _no_snapshots(client, now_ns)
     if client.health is not None and (names := _silent_cameras(client.health)):
         return _cameras_silent(names)
-    if client.transit_ns is not None and not -MAX_AHEAD_NS <= client.transit_ns <= MAX_TRANSIT_NS:
-        return (Diagnosis.CLOCK_SKEW, f"the clock of {client.endpoint} is {-client.transit_ns // 1_000_000} ms ahead of this machine's: "
+    transit_ns = client.transit_ns()
+    if transit_ns is not None and not -MAX_AHEAD_NS <= transit_ns <= MAX_TRANSIT_NS:
+        return (Diagnosis.CLOCK_SKEW, f"the clock of {client.endpoint} is {-transit_ns // 1_000_000} ms ahead of this machine's: "
                 "synchronise both with one time server (chrony or PTP)")
     missing = "; ".join(search.sentence for search in client.health.searches) if client.health is not None else ""
     if client.phases and 2 not in client.phases:

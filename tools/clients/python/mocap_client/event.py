@@ -11,6 +11,10 @@ class EventKind(enum.IntEnum):
     DESCRIPTION_CHANGED = 3
     CAMERA_LOST = 4
     CAMERA_BACK = 5
+    TAKE_STARTED = 6  # message: its name
+    TAKE_ENDED = 7  # the file is complete; message: its name and its quality
+    TAKE_FAILED = 8  # ended early; message: its name and the reason
+    MARK = 9  # of an operator; only in takes
 
 
 @dataclasses.dataclass
@@ -21,6 +25,7 @@ class Event:
     name: str  # of the subject or camera; empty: none, or not described yet
     description_version: int
     message: str  # for the operator; may be empty
+    kind_number: int = 0  # the kind in event.proto, also if kind is UNKNOWN
 
 
 def _name(message, description):
@@ -34,4 +39,5 @@ def _name(message, description):
 def event_of(message, description):
     """Converts a message; `description` may be None."""
     kind = EventKind(message.kind) if message.kind in set(EventKind) else EventKind.UNKNOWN
-    return Event(message.sequence, message.at_ns, kind, _name(message, description), message.description_version, message.message)
+    return Event(message.sequence, message.at_ns, kind, _name(message, description), message.description_version, message.message,
+                 message.kind)
