@@ -132,9 +132,10 @@ public sealed class Subject {
     return MarkerPoses[index];
   }
 
-  static int Find(Func<byte[], byte[], int> find, string name) {
+  int Find(Func<byte[], byte[], int> find, string name) {
     var fault = new byte[4096];
     int index = find(Encoding.UTF8.GetBytes(name + "\0"), fault);
+    GC.KeepAlive(Owner);
     if (index < 0) throw new KeyNotFoundException(Native.Text(fault));
     return index;
   }
@@ -244,7 +245,13 @@ public sealed class Frame : IDisposable {
   public Point[] Points { get { return points_; } }
 
   /// Time from the exposure to now, ns; Client.Absent if unknown.
-  public long AgeNs { get { return Native.mocap_frame_age_ns(Handle); } }
+  public long AgeNs {
+    get {
+      long age = Native.mocap_frame_age_ns(Handle);
+      GC.KeepAlive(this);
+      return age;
+    }
+  }
 
   public Subject FindSubject(string name) {
     foreach (Subject subject in subjects_) {
@@ -274,6 +281,7 @@ public sealed class Frame : IDisposable {
     for (int i = 0; i < subjects_.Count; ++i) Take(subjects_[i], Native.At(i));
     if (points_.Length < info.PointCount) points_ = new Point[info.PointCount];
     Native.mocap_frame_copy_points(Handle, points_, Native.At(points_.Length));
+    GC.KeepAlive(this);
   }
 
   void Take(Subject into, UIntPtr index) {
@@ -321,6 +329,9 @@ public sealed class Frame : IDisposable {
   }
 }
 
+// A native call does not keep the object alive whose handle it uses: without GC.KeepAlive after the call, the finalizer could
+// free the handle during the call.
+
 /// A connection to a feed. Reconnects automatically. Each method may be called from any thread.
 public sealed partial class Client : IDisposable {
   public const long Absent = long.MinValue;
@@ -359,23 +370,30 @@ public sealed partial class Client : IDisposable {
   }
 
   /// Returns true if the frame was replaced by a newer frame. Never waits.
-  public bool Poll(Frame frame) { return Took(Native.mocap_client_poll(Handle, frame.Handle), frame); }
+  public bool Poll(Frame frame) {
+    int result = Native.mocap_client_poll(Handle, frame.Handle);
+    GC.KeepAlive(this);
+    return Took(result, frame);
+  }
 
   /// Like Poll, but waits for the next frame. Do not use in a render thread.
   public bool Wait(Frame frame, int timeoutMs) {
-    return Took(Native.mocap_client_wait(Handle, frame.Handle, timeoutMs), frame);
+    int result = Native.mocap_client_wait(Handle, frame.Handle, timeoutMs);
+    GC.KeepAlive(this);
+    return Took(result, frame);
   }
 
   static bool Took(int result, Frame frame) {
-    if (result != 1) return false;
-    frame.Take();
-    return true;
+    if (result == 1) frame.Take();
+    GC.KeepAlive(frame);
+    return result == 1;
   }
 
   public Statistics Statistics {
     get {
       Statistics into;
       Native.mocap_client_get_statistics(Handle, out into, Native.SizeOf<Statistics>());
+      GC.KeepAlive(this);
       return into;
     }
   }
@@ -384,6 +402,7 @@ public sealed partial class Client : IDisposable {
   public Diagnosis Diagnose(out string sentence) {
     var text = new byte[512];
     int code = Native.mocap_client_diagnose(Handle, text, Native.At(text.Length));
+    GC.KeepAlive(this);
     sentence = Native.Text(text);
     return (Diagnosis)code;
   }

@@ -248,12 +248,20 @@ internal static partial class Native {
 
 public sealed partial class Client {
   /// The newest health report; null if none has arrived yet.
-  public Health Health { get { return Health.Of(into => Native.mocap_client_get_health(Handle, into)); } }
+  public Health Health {
+    get {
+      Health health = Health.Of(into => Native.mocap_client_get_health(Handle, into));
+      GC.KeepAlive(this);
+      return health;
+    }
+  }
 
   /// The oldest event that was not taken yet, or null. Never waits. The newest 256 events are kept.
   public Event NextEvent() {
     Native.RawEvent raw;
-    if (Native.mocap_client_next_event(Handle, out raw, Native.SizeOf<Native.RawEvent>()) != 1) return null;
+    int found = Native.mocap_client_next_event(Handle, out raw, Native.SizeOf<Native.RawEvent>());
+    GC.KeepAlive(this);
+    if (found != 1) return null;
     return new Event { Sequence = raw.Sequence, AtNs = raw.AtNs, Kind = raw.Kind, DescriptionVersion = raw.DescriptionVersion,
                        Name = Native.Text(raw.Name), Message = Native.Text(raw.Message) };
   }
@@ -295,6 +303,7 @@ public sealed class Control : IDisposable {
   /// Requests the next snapshot with all its parts, without a subscription.
   public void GetFrame(Frame into) {
     Exchange(answer => Native.mocap_control_get_frame(Handle, into.Handle, answer), null);
+    GC.KeepAlive(this);
     into.Take();
   }
 
@@ -397,6 +406,7 @@ public sealed class Control : IDisposable {
     try {
       return Exchange(answer => Native.mocap_control_ask(Handle, ref request, answer), read);
     } finally {
+      GC.KeepAlive(this);
       Marshal.FreeHGlobal(request.Name);
       Marshal.FreeHGlobal(request.MarkerSet);
     }
