@@ -109,6 +109,8 @@ TEST_F(NatNetCommand, SubscribesToABoundedNumberOfSubjects) {
   EXPECT_EQ(run("SubscribeByID,Skeleton,x"), Answer(kNotPossible));
   EXPECT_EQ(run("SubscribeByID,Skeleton,3"), Answer(kDone));
   EXPECT_TRUE(wants(settings_, Kind::Skeleton, "any", 3));
+  EXPECT_EQ(run("SubscribeToData,RigidBody," + std::string(255, 'x')), Answer(kDone));
+  EXPECT_EQ(run("SubscribeToData,RigidBody," + std::string(256, 'x')), Answer(kNotPossible));
   for (int i = 0; i < 1000; ++i) run("SubscribeToData,RigidBody,all");
   EXPECT_LE(settings_.subscriptions.size(), 256U);
   EXPECT_EQ(run("SubscribeToData,AllTypes,None"), Answer(kDone));

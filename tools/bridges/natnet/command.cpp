@@ -10,7 +10,8 @@ namespace mocap::natnet {
 namespace {
 
 constexpr std::size_t kMaxSubscriptions = 256;
-constexpr std::size_t kMaxTakeName = 200;  // bytes; a file name has at most 255
+constexpr std::size_t kMaxSubscribedName_bytes = 255;  // the subscriptions of a client need at most 64 kB
+constexpr std::size_t kMaxTakeName = 200;              // bytes; a file name has at most 255
 
 std::vector<std::string_view> split(std::string_view text) {
   std::vector<std::string_view> words;
@@ -68,6 +69,7 @@ Answer subscribe(const Words& words, Settings& settings, const CommandFacts& fac
     const auto read = std::from_chars(words[2].data(), words[2].data() + words[2].size(), one.id);
     if (read.ec != std::errc() || one.id <= 0) return kNotPossible;
   } else if (words.size() > 2 && words[2] != "all" && words[2] != "All") {
+    if (words[2].size() > kMaxSubscribedName_bytes) return kNotPossible;
     one.name = words[2];
   }
   settings.subscriptions.push_back(one);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/epoll.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "bridges/lib/feed_source.h"
@@ -18,6 +19,8 @@ constexpr std::string_view kProgram = "mocap-natnet";
 // A new client, or one that changed its version, gets no frame before it got the descriptions: clients decode frames
 // that are under way with the wrong version. A client that asks for no descriptions gets them after this time.
 constexpr std::int64_t kHold_ns = 1'000'000'000;
+// A receiver of --to that starts later than this program waits at most this long for the descriptions.
+constexpr std::int64_t kDescribe_ns = 3'000'000'000;
 
 std::array<std::uint8_t, 4> bytes_of(std::uint32_t address) {
   return {static_cast<std::uint8_t>(address >> 24U), static_cast<std::uint8_t>(address >> 16U),
@@ -91,14 +94,24 @@ void Server::handle(const Peer& from, const Request& request) {
 
 Server::Client* Server::known(const Peer& from) {
   const auto found = clients_.find(from);
-  return found == clients_.end() || found->second.fixed ? nullptr : &found->second;
+  return found == clients_.end() ? nullptr : &found->second;
 }
 
 // Frames are held until the client got the descriptions.
 Server::Client* Server::join(const Peer& from) {
-  if (clients_.size() >= kMaxClients || clients_.contains(from)) return nullptr;
+  if (clients_.size() >= kMaxClients && !drop_most_silent()) return nullptr;
   const std::int64_t now_ns = monotonic_ns();
   return &clients_.emplace(from, Client{options_.settings, now_ns, now_ns}).first->second;
+}
+
+bool Server::drop_most_silent() {
+  const auto silent = std::min_element(clients_.begin(), clients_.end(), [](const auto& one, const auto& other) {
+    if (one.second.fixed != other.second.fixed) return other.second.fixed;
+    return one.second.heard_ns < other.second.heard_ns;
+  });
+  if (silent == clients_.end() || silent->second.fixed) return false;
+  clients_.erase(silent);
+  return true;
 }
 
 void Server::connect(const Peer& from, const Request& request) {
@@ -106,7 +119,7 @@ void Server::connect(const Peer& from, const Request& request) {
   if (client == nullptr) client = join(from);
   if (client == nullptr) return;
   const std::int64_t now_ns = monotonic_ns();
-  *client = Client{options_.settings, now_ns, now_ns};
+  *client = Client{.settings = options_.settings, .heard_ns = now_ns, .held_ns = now_ns, .fixed = client->fixed};
   if (!options_.group) {  // all receivers of a multicast share its version
     if (request.wanted) client->settings.version = nearest(*request.wanted);
     client->settings.subscribed_only = request.subscribed_only;
@@ -132,7 +145,7 @@ void Server::command(const Peer& from, Client& client, std::string_view text) {
   if (std::holds_alternative<Unknown>(answer)) send(from, unrecognised_packet(writer_));
   if (std::holds_alternative<Leave>(answer)) {
     send(from, response_packet(writer_, kDone));
-    clients_.erase(from);
+    forget(from);
   }
 }
 
@@ -218,10 +231,16 @@ void Server::tick() {
   for (auto& [peer, client] : clients_) {
     if (client.held_ns != 0 && now_ns - client.held_ns > kHold_ns) send_models(peer, client);
   }
+  if (now_ns - described_ns_ < kDescribe_ns) return;
+  described_ns_ = now_ns;
+  for (auto& [peer, client] : clients_) {
+    if (client.fixed && !bridge::is_multicast(peer.address) && client.held_ns == 0) send_models(peer, client);
+  }
 }
 
 void Server::forget(const Peer& peer) {
-  if (known(peer) != nullptr) clients_.erase(peer);
+  const Client* client = known(peer);
+  if (client != nullptr && !client->fixed) clients_.erase(peer);
 }
 
 std::vector<bridge::Receiver> Server::receivers() const {

@@ -25,7 +25,7 @@ struct ServerOptions {
   std::optional<std::uint32_t> group;  ///< send to this multicast group, not to each client
   int hops = 1;                        ///< time to live of the multicast
   Settings settings;                   ///< of a new client and of the multicast
-  std::vector<bridge::Peer> to;        ///< receivers that never connect
+  std::vector<bridge::Peer> to;        ///< receivers that need not connect
   bool answer_discovery = false;
   /// Passes on a client's order about takes and returns whether it was accepted; empty: clients cannot record.
   std::function<bool(const Record&)> record;
@@ -37,7 +37,7 @@ class Server : public bridge::Protocol {
  public:
   /// A client that sent a keep-alive is forgotten after this time without one.
   static constexpr std::int64_t kKeepAlive_ns = 60'000'000'000;
-  /// Further clients get no answer.
+  /// With the receivers of `to`. A further client replaces the one that was silent for longest.
   static constexpr std::size_t kMaxClients = 64;
 
   Server(ServerOptions options, bridge::Statistics& statistics);
@@ -61,7 +61,9 @@ class Server : public bridge::Protocol {
   void handle(const bridge::Peer& from, const Request& request);
   void connect(const bridge::Peer& from, const Request& request);
   Client* known(const bridge::Peer& from);
+  /// Null if `to` fills the list.
   Client* join(const bridge::Peer& from);
+  bool drop_most_silent();
   void command(const bridge::Peer& from, Client& client, std::string_view text);
   void send_server_info(const bridge::Peer& to, Version version);
   void send_models(const bridge::Peer& to, Client& client);
@@ -77,6 +79,7 @@ class Server : public bridge::Protocol {
   SceneReader reader_;
   PacketWriter writer_;
   std::map<bridge::Peer, Client> clients_;
+  std::int64_t described_ns_ = 0;  // when the fixed receivers got the descriptions that nobody asked for
   bool too_large_ = false;  // a packet was larger than UDP allows, which is logged once
   bool refused_ = false;    // the kernel refused a packet, which is logged once
 };
