@@ -93,6 +93,14 @@ TEST(RokokoScene, ALostBoneMovesWithTheBoneAbove) {
   expect_same_rotation(rotation_xyzw(body.at("head")), rotation_xyzw(body.at("spine")), "both have the same rest");
 }
 
+TEST(RokokoScene, OmitsAPersonWhoseHipsAreLost) {
+  const TestSubject subject{.bones = {{"Hips", "Hips", -1}, {"Spine", "Spine", 0}},
+                            .poses = {{9, 9, 9, 0, 0, 0, 1}, {0, 0, 1.25, 0, 0, 0, 1}},
+                            .lost = {0}};
+
+  EXPECT_TRUE(scene_of({subject}).at("scene").at("actors").empty());
+}
+
 TEST(RokokoScene, OmitsSubjectsThatAreNotTrackedOrNotWanted) {
   TestSubject lost;
   lost.name = "lost";

@@ -64,10 +64,12 @@ TEST(Statistics, AreOneLineOfJsonWithTheReceivers) {
   counts.sent = 7;
   counts.note_added(2000);
 
-  const std::string json = to_json("mocap-vrpn", counts, {{"10.0.0.5:3883", "udp"}}, "data arrives", 3);
+  const std::string json =
+      to_json("mocap-vrpn", counts, {{"10.0.0.5:3883", "udp"}}, "data arrives", {.lost = 3, .skipped = 4});
 
   EXPECT_THAT(json, HasSubstr("\"sent\":7"));
   EXPECT_THAT(json, HasSubstr("\"feed_lost\":3"));
+  EXPECT_THAT(json, HasSubstr("\"feed_skipped\":4"));
   EXPECT_THAT(json, HasSubstr("\"added_p99_us\":2.0"));
   EXPECT_THAT(json, HasSubstr("\"address\":\"10.0.0.5:3883\""));
 }

@@ -97,6 +97,16 @@ TEST(VrchatTrackers, OmitsLostBonesAndTheHeadOnRequest) {
   EXPECT_FALSE(found.contains("/tracking/trackers/head/position"));
 }
 
+TEST(VrchatTrackers, ALostChestIsNotReplacedByTheSpine) {
+  TestSubject subject = body();
+  subject.bones.push_back({"Chest", "Chest", 1});
+  subject.poses.push_back({5, 0, 1, 0, 0, 0, 1});
+
+  EXPECT_EQ(trackers(subject).at("/tracking/trackers/2/position"), (std::vector<float>{0, 1, 5}));
+  subject.lost = {subject.bones.size() - 1};
+  EXPECT_FALSE(trackers(subject).contains("/tracking/trackers/2/position"));
+}
+
 TEST(VrchatTrackers, IsSilentWithoutATrackedSubject) {
   TestSubject lost = body();
   lost.poses.clear();

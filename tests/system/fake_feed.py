@@ -18,6 +18,7 @@ import mocap.v1.snapshot_pb2 as snapshot_pb2  # noqa: E402
 
 STREAMING, SILENT, STOPPED = 2, 3, 6
 SEARCHING, TRACKING = 1, 2
+LOST = 1  # of a bone
 STANDING = {"position": [0.0, 0.0, 1.0], "rotation_xyzw": [0.0, 0.0, 0.0, 1.0]}
 
 
@@ -43,18 +44,29 @@ def description(protocol="mocap.v1", version=1, session="session", bones=("Hips"
     return said
 
 
-def snapshot(number, sequence, version=1, phase=TRACKING, poses=(STANDING,), bones=(), points=()):
-    """Returns a snapshot with one subject for each pose; the pose is that of its root. `points` are unlabelled markers."""
+def snapshot(number, sequence, version=1, phase=TRACKING, poses=(STANDING,), bones=(), points=(), lost=()):
+    """Returns a snapshot with one subject for each pose; the pose is that of its root. `points` are unlabelled markers, `lost` are
+    bones, each (subject, bone)."""
     said = snapshot_pb2.Snapshot(number=number, sequence=sequence, description_version=version, expected_views=4)
     said.views.cameras.extend(range(4))
     for i, pose in enumerate(poses):
         add_subject(said.subjects.add(subject=i, phase=phase), phase, pose, len(chain(bones[i])) - 1 if i < len(bones) else 0)
+    for subject, bone in lost:
+        lose(said.subjects[subject].bones, bone)
     for track, point in enumerate(points, 1):
         said.unlabelled.track_ids_plus_one.append(track)
         said.unlabelled.positions_m.extend(point)
         said.unlabelled.cameras.append(2)
         said.unlabelled.residuals_millipx.append(50)
     return said
+
+
+def lose(bones, bone):
+    """The pose of a lost bone has no meaning."""
+    bones.states[bone] = LOST
+    bones.world_positions_m[3 * bone:3 * bone + 3] = (9.0, 9.0, 9.0)
+    for rotations in (bones.world_rotations_xyzw, bones.local_rotations_xyzw):
+        rotations[4 * bone:4 * bone + 4] = (0.0, 0.0, 1.0, 0.0)
 
 
 def add_subject(subject, phase, pose, children=0):
@@ -94,12 +106,12 @@ class FakeFeed:
 
     def __init__(self, port=None, rate_hz=100, keys=None, allowed=None, protocol="mocap.v1", version=1, session="session", bones=("Hips",),
                  phase=TRACKING, poses=(STANDING,), cameras=None, describes=True, utc_error_ns=0,
-                 later_revision=False, points=(), timecode=None):
+                 later_revision=False, points=(), timecode=None, lost=()):
         self.port = port or free_port()
         self.endpoint = f"tcp://127.0.0.1:{self.port}"
         self.rate_hz, self.protocol, self.version, self.session, self.bones = rate_hz, protocol, version, session, bones
         self.phase, self.poses, self.describes, self.utc_error_ns = phase, poses, describes, utc_error_ns
-        self.points, self.timecode = points, timecode
+        self.points, self.timecode, self.lost = points, timecode, lost
         self._more = UNKNOWN if later_revision else b""
         self.cameras = cameras if cameras is not None else {"north": STREAMING}
         self.sent = 0
@@ -168,7 +180,7 @@ class FakeFeed:
                 said_version = version
                 socket.send(self._health())
             if self.rate_hz > 0:
-                said = snapshot(sequence + 1, sequence, version, self.phase, self.poses, self.bones, self.points)
+                said = snapshot(sequence + 1, sequence, version, self.phase, self.poses, self.bones, self.points, self.lost)
                 if self.timecode is not None:
                     said.timecode.CopyFrom(snapshot_pb2.Timecode(**self.timecode))
                 said.utc_minus_host_ns = self._utc_minus_host()

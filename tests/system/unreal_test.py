@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+import time
 import unittest
 
 import zmq
@@ -141,6 +142,25 @@ class Source(Packed):
             self.assertTrue(0.0 <= subject["age_s"] < 5.0, subject["age_s"])
             self.assert_pose(subject["poses"][0], case["unreal"]["position"], case["unreal"]["rotation_xyzw"], case["name"])
             self.assert_pose(subject["poses"][1], [0, 0, 25], [0, 0, 0, 1], "25 cm above its parent")
+
+    def test_a_lost_bone_has_its_rest_pose_relative_to_its_parent(self):
+        feed = self.feed(bones=[("Hips", "Spine")], lost=[(0, 1)])
+        said = self.run_plugin("run", feed.endpoint, 5, 1, 0)["subjects"]["actor"]
+        self.assert_pose(said["poses"][1], [0, 0, 25], [0, 0, 0, 1], "25 cm above its parent")
+
+    def test_no_frame_has_a_lost_root(self):
+        feed = self.feed(bones=[("Hips", "Spine"), "Body"], poses=[STANDING, STANDING])
+        source = subprocess.Popen([BIN / "clients_unreal", "run", feed.endpoint, "300", "1", "0"], stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True, env={**os.environ, "PLUGIN_FOLDER": str(self.plugin)})
+        self.assertEqual(source.stderr.readline(), "shown\n")
+        feed.lost = [(0, 0), (1, 0)]
+        before = feed.sent
+        while feed.sent < before + 20:
+            time.sleep(0.01)
+        feed.lost = []
+        out, _ = source.communicate(timeout=120)
+        for name, subject in json.loads(out)["subjects"].items():
+            self.assertAlmostEqual(subject["farthest_cm"], 100, delta=1e-3, msg=name)
 
     def test_a_prop_is_a_transform(self):
         case = CASES[3]

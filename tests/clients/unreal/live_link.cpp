@@ -7,8 +7,10 @@
 //        clients_unreal panel ADDRESS SERVER_KEY SECRET_KEY MESH(0|1)     fills in the panel and presses Connect
 //        clients_unreal settings CONNECTION_STRING                        reads and writes a connection string
 // Each prints one JSON object.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
@@ -40,6 +42,7 @@ struct Subject {
   FLiveLinkSkeletonStaticData skeleton;
   FLiveLinkBaseFrameData frame;
   std::vector<FTransform> transforms;
+  double farthest_cm = 0.0;  // distance of the root from the origin in any frame
 };
 
 void print(const FTransform& pose) {
@@ -58,7 +61,8 @@ void print(const Subject& subject) {
                 subject.skeleton.GetBoneParents()[i]);
   }
   const FQualifiedFrameTime& scene = subject.frame.MetaData.SceneTime;
-  std::printf("], \"age_s\": %.9g, \"scene\": {\"frame\": %d, \"fraction\": %.6g, \"rate\": [%d, %d]}, \"poses\": [",
+  std::printf("], \"farthest_cm\": %.9g", subject.farthest_cm);
+  std::printf(", \"age_s\": %.9g, \"scene\": {\"frame\": %d, \"fraction\": %.6g, \"rate\": [%d, %d]}, \"poses\": [",
               FPlatformTime::Seconds() - subject.frame.WorldTime.GetOffsettedTime(), scene.Time.FrameNumber.Value,
               static_cast<double>(scene.Time.GetSubFrame()), scene.Rate.Numerator, scene.Rate.Denominator);
   comma = "";
@@ -95,6 +99,8 @@ class Engine final : public ILiveLinkClient {
       subject.frame = frame;
       subject.transforms.push_back(frame.Transform);
     }
+    const FVector root = subject.transforms.at(0).GetTranslation();
+    subject.farthest_cm = std::max(subject.farthest_cm, std::hypot(root.X, root.Y, root.Z));
   }
   void RemoveSubject_AnyThread(const FLiveLinkSubjectKey& key) override {
     const std::lock_guard lock(mutex_);

@@ -97,8 +97,9 @@ class Run {
     next_status_ns_ = now_ns + kSecond_ns;
     const bool logs =
         options_.statistics_s > 0.0 && static_cast<double>(now_ns - logged_ns_) >= options_.statistics_s * 1e9;
+    const mocap_statistics feed = source.client().statistics();
     const std::string status = to_json(program_, statistics_, protocol_.receivers(),
-                                       source.client().diagnose().sentence, source.client().statistics().lost);
+                                       source.client().diagnose().sentence, {feed.lost, feed.skipped});
     if (logs) {
       logged_ns_ = now_ns;
       say(program_, status);

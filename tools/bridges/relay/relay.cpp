@@ -147,7 +147,7 @@ void Relay::write_status(Timestamp now) {
   const std::string how = settings_.nats.server.tls ? "NATS, TLS" : "NATS, not encrypted";
   std::vector<bridge::Receiver> receivers;
   if (nats_->state().connected) receivers.push_back({where, how});
-  const std::string status = to_json(kProgram, counts_, receivers, diagnosis(), feed_lost_);
+  const std::string status = to_json(kProgram, counts_, receivers, diagnosis(), {.lost = feed_lost_});
   status_.write(status);
   if (settings_.statistics_s <= 0.0 || now < next_log_) return;
   next_log_ = now + from_s(settings_.statistics_s);

@@ -122,8 +122,9 @@ Scene write_subjects(const ClientFrame* frame, const std::string& wanted) {
   for (const ClientSubject& subject : frame->subjects()) {
     if (!wanted.empty() && subject.name() != wanted) continue;
     if (!subject.tracked() || subject.bone_poses().empty()) continue;
-    const bool person = find(subject, "Hips").has_value();
-    if (!person && subject.bone_poses()[0].state == MOCAP_STATE_LOST) continue;
+    const auto hips = find(subject, "Hips");
+    if (subject.bone_poses()[hips.value_or(0)].state == MOCAP_STATE_LOST) continue;
+    const bool person = hips.has_value();
     std::string& into = person ? scene.actors : scene.props;
     if (!into.empty()) into += ',';
     person ? put_actor(into, subject) : put_prop(into, subject);

@@ -17,11 +17,12 @@ double Statistics::added_us(std::size_t percent) const {
 }
 
 std::string to_json(std::string_view program, const Statistics& counts, const std::vector<Receiver>& receivers,
-                    std::string_view diagnosis, std::uint64_t feed_lost) {
+                    std::string_view diagnosis, const MissedFrames& missed) {
   nlohmann::ordered_json all{{"program", program},
                              {"diagnosis", diagnosis},
                              {"frames", counts.frames},
-                             {"feed_lost", feed_lost},
+                             {"feed_lost", missed.lost},
+                             {"feed_skipped", missed.skipped},
                              {"losses", counts.losses},
                              {"sent", counts.sent},
                              {"bytes", counts.bytes},

@@ -37,9 +37,14 @@ class Statistics {
   std::size_t noted_ = 0;
 };
 
-/// One line of JSON with all counts, the receivers, the reason why no data arrives and the feed's lost messages.
-/// `feed_lost`: messages between daemon and bridge.
+/// Frames of the feed that the bridge did not process.
+struct MissedFrames {
+  std::uint64_t lost = 0;     ///< between daemon and bridge
+  std::uint64_t skipped = 0;  ///< received, but replaced by newer frames because the bridge was late
+};
+
+/// One line of JSON with all counts, the receivers, the reason why no data arrives and the missed frames.
 std::string to_json(std::string_view program, const Statistics& counts, const std::vector<Receiver>& receivers,
-                    std::string_view diagnosis, std::uint64_t feed_lost);
+                    std::string_view diagnosis, const MissedFrames& missed);
 
 }  // namespace mocap::bridge

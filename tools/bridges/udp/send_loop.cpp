@@ -76,8 +76,9 @@ class SendLoop {
   std::uint64_t frames() const { return counts_.frames; }
 
   void report_counts() const {
-    fmt::print(stderr, "{}: frames={} packets={} bytes={} not_sent={} lost={}\n", program_, counts_.frames,
-               counts_.sent, counts_.bytes, counts_.dropped, client_.statistics().lost);
+    const mocap_statistics feed = client_.statistics();
+    fmt::print(stderr, "{}: frames={} packets={} bytes={} not_sent={} lost={} skipped={}\n", program_, counts_.frames,
+               counts_.sent, counts_.bytes, counts_.dropped, feed.lost, feed.skipped);
   }
 
  private:
@@ -115,7 +116,8 @@ class SendLoop {
     next_status_ = now + kStatusInterval;
     std::vector<Receiver> receivers;
     for (const auto& receiver : receivers_) receivers.push_back({receiver->name(), "udp"});
-    status_.write(to_json(program_, counts_, receivers, client_.diagnose().sentence, client_.statistics().lost));
+    const mocap_statistics feed = client_.statistics();
+    status_.write(to_json(program_, counts_, receivers, client_.diagnose().sentence, {feed.lost, feed.skipped}));
   }
 
   const std::string& program_;
@@ -171,6 +173,7 @@ int send_until_stopped(const std::string& program, SendOptions options, PacketWr
   }
   Receivers receivers;
   if (const auto failed = open_receivers(program, options, receivers)) return *failed;
+  stop_asked = 0;
   std::signal(SIGINT, ask_stop);
   std::signal(SIGTERM, ask_stop);
   SendLoop loop(program, options, *client, receivers, writer);

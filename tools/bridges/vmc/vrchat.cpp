@@ -32,6 +32,11 @@ constexpr std::array<Tracker, 9> kTrackers{{
     {"head", "Head", "Head"},
 }};
 
+bool has_bone(const ClientSubject& subject, std::string_view unity_name) {
+  const auto bones = subject.bones();
+  return std::any_of(bones.begin(), bones.end(), [&](const mocap_bone& bone) { return bone.unity_name == unity_name; });
+}
+
 // The pose of the bone with this name; nullptr: the skeleton has no such bone, or the bone is lost.
 const mocap_bone_pose* find(const ClientSubject& subject, std::string_view unity_name) {
   const auto bones = subject.bones();
@@ -72,9 +77,9 @@ void write_trackers(const ClientSubject* subject, bool with_head, OscBundles& in
   if (subject == nullptr || !subject->tracked()) return;
   for (const Tracker& tracker : kTrackers) {
     if (tracker.address == "head" && !with_head) continue;
-    const mocap_bone_pose* joint = find(*subject, tracker.joint);
-    const mocap_bone_pose* segment = find(*subject, tracker.segment);
-    if (joint == nullptr && !tracker.instead.empty()) joint = segment = find(*subject, tracker.instead);
+    const bool replaced = !tracker.instead.empty() && !has_bone(*subject, tracker.joint);
+    const mocap_bone_pose* joint = find(*subject, replaced ? tracker.instead : tracker.joint);
+    const mocap_bone_pose* segment = find(*subject, replaced ? tracker.instead : tracker.segment);
     if (joint == nullptr || segment == nullptr) continue;
     const std::string address = "/tracking/trackers/" + std::string(tracker.address);
     const mocap_vec3 place = joint->position;

@@ -125,7 +125,8 @@ void FMocapLiveLinkSource::Push(const mocap_frame* Frame, FMocapSceneClock& Cloc
       Described.Add(Name);
       IsProp(Subject) ? PushProp(Name) : PushSkeleton(Subject, Name);
     }
-    if (Subject.bone_pose_count == 0) continue;
+    // The pose of a lost bone has no meaning. Without a root, the engine keeps the last pose.
+    if (Subject.bone_pose_count == 0 || Subject.bone_poses[0].state == MOCAP_STATE_LOST) continue;
     IsProp(Subject) ? PushPropPose(Subject, Name, Times) : PushSkeletonPose(Subject, Name, Times);
   }
 }
@@ -191,10 +192,13 @@ void FMocapLiveLinkSource::PushPropPose(const mocap_subject& Subject, FName Name
   LiveLink->PushSubjectFrameData_AnyThread(FLiveLinkSubjectKey(SourceGuid, Name), MoveTemp(Data));
 }
 
-// In rest pose the axes of all bones are parallel to the world's, so one rotation converts every bone.
+// A lost bone is in rest pose relative to its parent. In rest pose the axes of all bones are parallel to the world's, so
+// one rotation converts every bone.
 FTransform FMocapLiveLinkSource::Local(const mocap_subject& Subject, int32 Bone) const {
-  const mocap_vec3 P = Subject.bone_poses[Bone].local_position;
-  const mocap_quat Q = Subject.bone_poses[Bone].local_rotation;
+  const mocap_bone_pose& Pose = Subject.bone_poses[Bone];
+  const bool bLost = Pose.state == MOCAP_STATE_LOST;
+  const mocap_vec3 P = bLost ? Subject.bones[Bone].rest_offset : Pose.local_position;
+  const mocap_quat Q = bLost ? mocap_quat{0.0F, 0.0F, 0.0F, 1.0F} : Pose.local_rotation;
   const FVector Place(P.x, P.y, P.z);
   const FQuat Turn(Q.x, Q.y, Q.z, Q.w);
   if (!Settings.bMeshAxes) return FTransform(Turn, Place);
