@@ -1,11 +1,19 @@
 #include "watch/take_player.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
+#include "support/places.h"
+#include "support/shell.h"
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
+#include "take/take_reader.h"
 #include "watch/feed_state.h"
 #include "wire/zmq_publisher.h"
 
@@ -67,6 +75,26 @@ TEST_F(TakePlayerOfAnExample, RemovesTheClockOfMessagesThatAreShownLater) {
 
   EXPECT_EQ(feed.frames(), 1U);
   EXPECT_FALSE(feed.age(0.5)) << "the age of recorded data has no meaning";
+}
+
+TEST_F(TakePlayerOfAnExample, TheProgramNamesAndCountsADamagedPart) {
+  const std::vector<take::mcap::ChunkIndex> chunks = take::TakeReader::open(path())->mcap().summary().chunks;
+  ASSERT_GT(chunks.size(), 2U);
+  {
+    std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(chunks[1].offset + chunks[1].length / 2));
+    file << "damage";
+  }
+  const auto summary = folder_.path() / "summary.json";
+
+  const std::string said =
+      support::output_of(support::quoted(support::program_folder() + "/mocap-watch") + " " + support::quoted(path()) +
+                         " --json --summary " + support::quoted(summary) + " 2>&1 >/dev/null");
+
+  EXPECT_THAT(said, ::testing::HasSubstr("mocap-watch: passed over 1 unreadable part"));
+  EXPECT_THAT(said, ::testing::HasSubstr("walk-3.mcap"));
+  std::ifstream in(summary);
+  EXPECT_EQ(nlohmann::json::parse(in).at("unreadable"), 1);
 }
 
 TEST(TakePlayer, FailsWithoutItsFile) {

@@ -35,6 +35,9 @@ class FeedState {
   /// valid until the next call.
   const v1::Snapshot* take(const wire::FeedMessage& message, Timestamp now);
 
+  /// Counts a message that the source of the messages could not read.
+  void note_fault(const std::string& what);
+
   const std::optional<Description>& description() const { return description_; }
   const std::optional<Health>& health() const { return health_; }
   /// The health report before the last one, if both are from the same run of the daemon.
@@ -65,7 +68,6 @@ class FeedState {
   void count_numbers(const v1::Snapshot& message);
   void take_description(const std::string& payload);
   void take_health(const std::string& payload);
-  void note_fault(const std::string& what);
 
   std::optional<Description> description_;
   std::optional<Health> health_;

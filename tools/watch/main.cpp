@@ -128,7 +128,9 @@ class Watch {
   bool drain() {
     Result<wire::FeedMessage> message = source_.next(kPatience);
     while (message || message.error().code == ErrorCode::InvalidArgument) {
-      if (message) {
+      if (!message) {
+        feed_.note_fault(message.error().message);
+      } else {
         const v1::Snapshot* snapshot = feed_.take(*message, host_now());
         if (snapshot != nullptr && options_.json && !print(*snapshot)) return false;
       }
@@ -172,6 +174,10 @@ int watch_source(const Options& options, const Source& source) {
   const bool written = watch.run();
   if (watch.feed().frames() == 0) {
     fmt::print(stderr, "mocap-watch: {}\n", cli::shown(source.reason_for_silence(watch.feed(), watch.watched())));
+  }
+  if (watch.feed().unreadable() > 0) {
+    fmt::print(stderr, "mocap-watch: passed over {} unreadable parts; the last: {}\n", watch.feed().unreadable(),
+               cli::shown(watch.feed().last_fault()));
   }
   if (!options.summary.empty() &&
       !write_summary(options.summary, watch::summary_json(watch.feed(), options.endpoint, watch.watched()))) {
