@@ -122,6 +122,14 @@ test("A snapshot that does not fit the description is left out", () => {
   assert.equal(frame.bones.filter((bone) => bone.subject === 0).length, 0);
 });
 
+test("A snapshot of another version of the description has only markers without a label", () => {
+  const frame = sceneFrame({ ...described, version: described.version + 1 }, snapshotAt(10), decode("Health", daemon.health(10, 0)));
+  assert.deepEqual(frame.markers.map((marker) => marker.state), ["unlabelled", "unlabelled"]);
+  assert.deepEqual(frame.bones, []);
+  assert.ok(frame.roots_m.every((root) => root === null));
+  assert.match(sceneSummary({ ...described, version: described.version + 1 }, snapshotAt(10)), /Anna: searching, 0 of 41 markers measured\./);
+});
+
 test("The summary says what the picture shows", () => {
   assert.match(sceneSummary(described, snapshotAt(10)), /^8 of 8 cameras in this set\. Anna: tracking, 41 of 41 markers measured, at .* camera-prop: searching, 0 of 4.* 2 markers without a label\.$/);
   assert.equal(sceneSummary(null, null), "No data yet.");

@@ -99,16 +99,20 @@ function addMissing(frame: SceneFrame, health: Health): void {
   }
 }
 
-/** A subject whose columns do not fit the description is left out: the new description is about to arrive. */
+/**
+ * With a snapshot of another version of the description, whose indices mean other subjects and markers, only the unlabelled markers
+ * are left: the description of this version is about to arrive. So is a subject whose columns do not fit the description left out.
+ */
 export function sceneFrame(description: Description, snapshot: Snapshot, health: Health | null): SceneFrame {
   const frame: SceneFrame = { markers: [], bones: [], roots_m: description.subjects.map(() => null) };
-  for (const state of snapshot.subjects) {
+  const fits = snapshot.descriptionVersion === description.version;
+  for (const state of fits ? snapshot.subjects : []) {
     const subject = description.subjects[state.subject];
     if (!subject) continue;
     addMarkers(frame, subject, state);
     addBones(frame, subject, state);
   }
   addUnlabelled(frame, snapshot);
-  if (health) addMissing(frame, health);
+  if (health && fits) addMissing(frame, health);
   return frame;
 }

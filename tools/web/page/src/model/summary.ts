@@ -15,8 +15,9 @@ export function measuredMarkers(state: SubjectState | undefined): number {
 
 export function sceneSummary(description: Description | null, snapshot: Snapshot | null): string {
   if (!description || !snapshot) return "No data yet.";
+  const states = snapshot.descriptionVersion === description.version ? snapshot.subjects : [];
   const subjects = description.subjects.map((subject, index) => {
-    const state = snapshot.subjects.find((candidate) => candidate.subject === index);
+    const state = states.find((candidate) => candidate.subject === index);
     const root = state?.bones?.worldPositionsM;
     const place = root && root.length >= 3 ? `, at ${root[0].toFixed(1)} m forward, ${root[1].toFixed(1)} m left` : "";
     return `${subject.name}: ${phaseText(state?.phase)}, ${measuredMarkers(state)} of ${subject.markers.length} markers measured${place}`;

@@ -4,7 +4,7 @@ import { SubjectPhase, type SubjectState } from "../../gen/mocap/v1/snapshot_pb"
 import { fixed } from "../model/format";
 import type { Level } from "../model/health_report";
 import { measuredMarkers, phaseText } from "../model/summary";
-import { health, snapshot } from "../state/live";
+import { description, health, snapshot } from "../state/live";
 import { addressOf } from "../state/route";
 import { LevelPill } from "./level_mark";
 import { Meter } from "./small";
@@ -13,7 +13,11 @@ const kFewMarkers = 0.7;
 
 export const subjectLevel = (phase: SubjectPhase | undefined): Level => (phase === SubjectPhase.TRACKING ? "good" : phase === SubjectPhase.LOST ? "bad" : "look");
 
-export const stateOf = (index: number): SubjectState | undefined => snapshot.value?.subjects.find((state) => state.subject === index);
+/** Undefined with a snapshot of another version of the description, too: its indices mean other subjects. */
+export function stateOf(index: number): SubjectState | undefined {
+  if (snapshot.value?.descriptionVersion !== description.value?.version) return undefined;
+  return snapshot.value?.subjects.find((state) => state.subject === index);
+}
 
 export const searchOf = (index: number) => health.value?.searches.find((search) => search.subject === index);
 

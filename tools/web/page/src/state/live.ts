@@ -99,7 +99,7 @@ function scheduleFrame(): void {
 function takeSnapshot(received: Snapshot): void {
   const now = performance.now();
   newest = received;
-  markers.add(received, now);
+  if (received.descriptionVersion === description.peek()?.version) markers.add(received, now);
   recent.add(received);
   const exposed_ms = exposedUtc_ms(received);
   if (exposed_ms !== null) dataAge.add(exposed_ms, Date.now());
@@ -117,7 +117,7 @@ function tick(): void {
 function takeDescription(received: Description): void {
   const before = description.peek();
   if (before && before.sessionId === received.sessionId && before.version === received.version) return;
-  if (before?.sessionId !== received.sessionId) markers.clear();
+  markers.clear(); // its indices are those of the description
   description.value = received;
 }
 
