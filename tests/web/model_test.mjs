@@ -9,7 +9,7 @@ import { cameraOnRing } from "./simulated_person.mjs";
 
 const [{ splitMessage }, { readServerText }, { WantedTopics }, { CameraView }, { sceneFrame }, { healthReasons, worst }, { History }, { MarkerWatch }, { DataAge },
   { seenVolume, camerasThatSee }, { Coverage }, format, timecode, { readShots, writeShots }, { readFaults }, { Trails }, { sceneSummary }, { qrPath }, { eventText },
-  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings, diskMinutes }, { splitPiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags },
+  { RecentSnapshots }, { blobUses }, { latencyHistogram }, { readFindings, diskMinutes }, { splitPiece, wholePiece }, { TakeFrames }, { takeQuality, slateText, startedText, readTags },
   { spreadOf, ellipseFromAbove, readSightings, ofSelected, sightingSummary },
   { rectangle, rectangleBetween, describePolygon, readMasks }, { readImport }] =
   await pageModules("feed/message", "feed/server_text", "feed/topics", "model/camera_view", "model/scene_frame", "model/health_report", "model/history",
@@ -207,6 +207,30 @@ test("A piece of a take is split, up to a message that is not whole", () => {
   assert.deepEqual(messages.map(({ kind, at_s, payload }) => [kind, at_s, [...payload]]), [["description", 0, [1]], ["snapshot", 0.5, [2, 3]], ["snapshot", 0.6, [4]]]);
   assert.equal(splitPiece(buffer(whole.subarray(0, whole.length - 1))).length, 2);
   assert.deepEqual(splitPiece(buffer(Buffer.from([255, 255, 255, 255, 0, 0]))), []);
+});
+
+/** An answer of mocap-web for a take of 10 Hz whose snapshots have 1 MiB. */
+function largeAnswer(from_s, seconds) {
+  const messages = [message("d", from_s, [7])];
+  for (let number = Math.ceil(from_s * 10 - 1e-6); number / 10 < from_s + seconds && messages.length <= 4; number++) {
+    messages.push(message("s", number / 10, new Uint8Array(1024 * 1024).fill(number)));
+  }
+  const whole = Buffer.concat(messages);
+  return whole.buffer.slice(whole.byteOffset, whole.byteOffset + whole.length);
+}
+
+test("A piece of a large take is asked for until it is whole", async () => {
+  const asked = [];
+  const load = async (from_s, seconds) => { asked.push([from_s, seconds]); return largeAnswer(from_s, seconds); };
+
+  const messages = await wholePiece(load, 4, 2);
+
+  const snapshots = messages.filter(({ kind }) => kind === "snapshot");
+  assert.deepEqual(snapshots.map(({ payload }) => payload[0]), Array.from({ length: 20 }, (_unused, i) => 40 + i));
+  assert.deepEqual(asked.slice(0, 2).map(([from_s]) => from_s), [4, 4.3]);
+  assert.ok(asked.every(([from_s, seconds]) => Math.abs(from_s + seconds - 6) < 1e-9));
+  const one = new Uint8Array(message("s", 4, new Uint8Array(5 * 1024 * 1024))).buffer;
+  assert.equal((await wholePiece(async () => one, 4, 2)).length, 1, "an answer without a further snapshot is the last");
 });
 
 /** Frames at 10 Hz whose snapshot is their time. */

@@ -22,3 +22,22 @@ export function splitPiece(piece: ArrayBuffer): TakeMessage[] {
   }
   return messages;
 }
+
+/** Of one answer of mocap-web (tools/web/README.md): an answer of this size or more ends before its time does. */
+const kMaxAnswer_bytes = 4 * 1024 * 1024;
+
+/** Resolves to the messages of `seconds` from `from_s` on; asks again from the last snapshot while an answer ends early. */
+export async function wholePiece(load: (from_s: number, seconds: number) => Promise<ArrayBuffer>, from_s: number, seconds: number): Promise<TakeMessage[]> {
+  const messages: TakeMessage[] = [];
+  let last_s = -Infinity;
+  for (let start_s = from_s; ; start_s = last_s) {
+    const answer = await load(start_s, from_s + seconds - start_s);
+    const known_s = last_s;
+    for (const message of splitPiece(answer)) {
+      if (message.kind === "snapshot" && message.at_s <= known_s) continue;
+      messages.push(message);
+      if (message.kind === "snapshot") last_s = message.at_s;
+    }
+    if (answer.byteLength < kMaxAnswer_bytes || last_s === known_s || last_s >= from_s + seconds) return messages;
+  }
+}

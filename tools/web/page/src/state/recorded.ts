@@ -5,7 +5,7 @@ import { DescriptionSchema, type Description } from "../../gen/mocap/v1/descript
 import { SnapshotSchema } from "../../gen/mocap/v1/snapshot_pb";
 import { RequestError } from "../feed/connection";
 import { kPiece_s, type TakeFrame } from "../model/take_frames";
-import { splitPiece } from "../model/take_piece";
+import { wholePiece } from "../model/take_piece";
 import { decode, open, server } from "./live";
 import type { Outcome } from "./orders";
 
@@ -118,10 +118,10 @@ export async function exportTake(name: string, format: string, progress: (share:
 
 /** Rejects with a RequestError. */
 export async function takeFrames(name: string, from_s: number): Promise<TakeFrame[]> {
-  const piece = await (await ask(pathOf(name, `snapshots?from_s=${from_s}&seconds=${kPiece_s}`))).arrayBuffer();
+  const load = async (start_s: number, seconds: number) => (await ask(pathOf(name, `snapshots?from_s=${start_s}&seconds=${seconds}`))).arrayBuffer();
   const frames: TakeFrame[] = [];
   let description: Description | null = null;
-  for (const { kind, at_s, payload } of splitPiece(piece)) {
+  for (const { kind, at_s, payload } of await wholePiece(load, from_s, kPiece_s)) {
     if (kind === "description") description = decode(DescriptionSchema, payload) ?? description;
     else {
       const snapshot = decode(SnapshotSchema, payload);
