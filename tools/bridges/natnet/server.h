@@ -80,8 +80,8 @@ class Server : public bridge::Protocol {
   PacketWriter writer_;
   std::map<bridge::Peer, Client> clients_;
   std::int64_t described_ns_ = 0;  // when the fixed receivers got the descriptions that nobody asked for
-  bool too_large_ = false;  // a packet was larger than UDP allows, which is logged once
-  bool refused_ = false;    // the kernel refused a packet, which is logged once
+  bool too_large_ = false;         // a packet was larger than UDP allows, which is logged once
+  bool refused_ = false;           // the kernel refused a packet, which is logged once
 };
 
 }  // namespace mocap::natnet

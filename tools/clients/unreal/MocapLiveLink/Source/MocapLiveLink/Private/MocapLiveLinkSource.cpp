@@ -192,8 +192,8 @@ void FMocapLiveLinkSource::PushPropPose(const mocap_subject& Subject, FName Name
   LiveLink->PushSubjectFrameData_AnyThread(FLiveLinkSubjectKey(SourceGuid, Name), MoveTemp(Data));
 }
 
-// A lost bone is in rest pose relative to its parent. In rest pose the axes of all bones are parallel to the world's, so
-// one rotation converts every bone.
+// A lost bone is in rest pose relative to its parent. In rest pose the axes of all bones are parallel to the world's,
+// so one rotation converts every bone.
 FTransform FMocapLiveLinkSource::Local(const mocap_subject& Subject, int32 Bone) const {
   const mocap_bone_pose& Pose = Subject.bone_poses[Bone];
   const bool bLost = Pose.state == MOCAP_STATE_LOST;
