@@ -113,7 +113,7 @@ std::string plain_text(const std::string& text) {
   std::string plain;
   for (std::size_t i = 0; i < valid.size(); ++i) {
     if (valid.compare(i, 2, "\r\n") == 0) continue;
-    plain += is_plain({&valid[i], 1}, true) ? valid[i] : ' ';
+    plain += is_plain(valid[i], true) ? valid[i] : ' ';
   }
   return plain;
 }
