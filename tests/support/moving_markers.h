@@ -30,11 +30,12 @@ inline void see_points(const Rig& rig, std::span<const Eigen::Vector3d> points, 
   }
 }
 
-/// Twenty markers that move through the volume, 60 images a second.
-inline calibration::Take moving_markers(const Rig& rig, std::uint64_t seed, double seconds = 10.0) {
+/// Twenty markers that move through the volume, about 1 m/s.
+inline calibration::Take moving_markers(const Rig& rig, std::uint64_t seed, double seconds = 10.0,
+                                        double rate_hz = 60.0) {
   scene::Random random(seed);
   calibration::Take take;
-  for (double t = 0.0; t < seconds; t += 1.0 / 60.0) {
+  for (double t = 0.0; t < seconds; t += 1.0 / rate_hz) {
     std::vector<Eigen::Vector3d> points;
     for (int m = 0; m < 20; ++m) {
       const double phase = 1.7 * m;

@@ -136,6 +136,20 @@ TEST_F(RigCommands, RefineRepairsABumpedCameraToHalfAMillimetre) {
   }
 }
 
+TEST_F(RigCommands, RefineRepairsABumpedCameraOfAFastRigWithTheImagesOfTheSameInstant) {
+  const Rig file = eight_cameras();
+  Rig truth = file;
+  truth[3] = bumped(truth[3], 0.3 * kDegree, 0.005);
+  const auto arguments = files(moving_markers(truth, 14, 5.0, 250.0), file);
+
+  const Outcome refined = refine(arguments);
+
+  ASSERT_EQ(refined.exit, kExitOk) << refined.output;
+  const auto rig = settings::load_rig(path("rig.toml"));
+  ASSERT_TRUE(rig);
+  EXPECT_LT(((*rig)[3].centre().v - truth[3].centre().v).norm(), 5e-4) << "m; the image before is off by up to 2 mm";
+}
+
 // Appends a second recording of the same cameras.
 Take then(Take first, const Take& second) {
   const Duration later = first.cameras[0].back().exposed_at - from_ns(0) + from_s(1.0 / 60.0);

@@ -7,7 +7,6 @@
 #include "calibrate/gather_blobs.h"
 #include "calibration/floor/stationary_markers.h"
 #include "calibration/floor/walk_positions.h"
-#include "calibration/wand/instants.h"
 #include "model/identity_map.h"
 #include "track3d/kalman_marker_tracker.h"
 
@@ -16,17 +15,16 @@ namespace {
 
 constexpr double kUnbounded_m = 1000.0;
 
-// Exposure times without blobs: group_by_instant needs no more.
-calibration::Take times_of(const take::BlobRecording& recording) {
-  calibration::Take take;
+}  // namespace
+
+std::vector<calibration::Instant> instants_of(const take::BlobRecording& recording) {
+  calibration::Take times;  // exposure times without blobs: group_by_instant needs no more
   for (const auto& pictures : recording.pictures) {
-    auto& camera = take.cameras.emplace_back();
+    auto& camera = times.cameras.emplace_back();
     for (const auto& image : pictures) camera.push_back({image.exposed_at, {}});
   }
-  return take;
+  return calibration::group_by_instant(times, calibration::kMaxSkew);
 }
-
-}  // namespace
 
 void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& excluded,
                   const std::function<void(const PipelineOutput&)>& visit) {
@@ -36,11 +34,10 @@ void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const st
   const auto matcher = associate::make_matcher(match, rig);
   const auto triangulator = associate::make_triangulator({}, rig);
   const auto tracker = track3d::make_marker_tracker({});
-  const calibration::Take times = times_of(recording);
   std::vector<BlobFrame> views(rig.size());
   const auto identities = std::make_unique<IdentityMap>(rig.size());
   FrameSet frames;
-  for (const calibration::Instant& instant : calibration::group_by_instant(times, calibration::kMaxSkew)) {
+  for (const calibration::Instant& instant : instants_of(recording)) {
     frames.views.clear();
     for (std::uint32_t c = 0; c < rig.size(); ++c) {
       if (instant.image[c] < 0 || (!excluded.empty() && excluded[c])) continue;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "calibration/wand/instants.h"
 #include "model/camera_model.h"
 #include "model/sighting.h"
 #include "take/recordings/blob_recording.h"
@@ -18,8 +19,11 @@ struct PipelineOutput {
   const TrackedMarkers& tracked;
 };
 
+/// The images of the recording that were exposed at one instant each, in the order of time.
+std::vector<calibration::Instant> instants_of(const take::BlobRecording& recording);
+
 /// Runs the daemon's pipeline up to 3D tracks (associate, triangulate, track) on a recording, without bounds of the
-/// volume, and calls `visit` for each instant. `excluded`: cameras whose views are left out, by CameraId; empty: none.
+/// volume, and calls `visit` for each of instants_of(). `excluded`: cameras whose views are left out, by CameraId; empty: none.
 void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& excluded,
                   const std::function<void(const PipelineOutput&)>& visit);
 

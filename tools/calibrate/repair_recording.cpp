@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "calibrate/marker_pipeline.h"
-#include "calibration/wand/instants.h"
 
 namespace mocap::calibrate {
 namespace {
@@ -26,7 +25,7 @@ std::vector<CameraDeviation> deviations_of(const std::vector<drift::CameraDrift>
 class PipelineRecording final : public calibration::MarkerRecording {
  public:
   PipelineRecording(const take::BlobRecording& recording, double drift_px)
-      : recording_(recording), drift_px_(drift_px) {}
+      : recording_(recording), instants_(instants_of(recording)), drift_px_(drift_px) {}
 
   void triangulate(const Rig& rig, const std::vector<bool>& excluded,
                    const std::function<void(const TriangulatedSet&)>& visit) const override {
@@ -47,11 +46,11 @@ class PipelineRecording final : public calibration::MarkerRecording {
   }
 
   std::span<const Blob> blobs(CameraId camera, Timestamp exposed_at) const override {
-    const auto& images = recording_.pictures[camera.value];
-    const auto image =
-        std::ranges::lower_bound(images, exposed_at - calibration::kMaxSkew, {}, &take::RecordedPicture::exposed_at);
-    if (image == images.end() || image->exposed_at > exposed_at + calibration::kMaxSkew) return {};
-    return std::span(image->blobs).first(std::min(image->blobs.size(), kMaxBlobs));
+    const auto instant = std::ranges::lower_bound(instants_, exposed_at, {}, &calibration::Instant::at);
+    if (instant == instants_.end() || instant->at != exposed_at || instant->image[camera.value] < 0) return {};
+    const auto image = static_cast<std::size_t>(instant->image[camera.value]);
+    const std::vector<Blob>& blobs = recording_.pictures[camera.value][image].blobs;
+    return std::span(blobs).first(std::min(blobs.size(), kMaxBlobs));
   }
 
   std::vector<CameraDeviation> deviations(const Rig& rig) const override {
@@ -60,6 +59,7 @@ class PipelineRecording final : public calibration::MarkerRecording {
 
  private:
   const take::BlobRecording& recording_;
+  std::vector<calibration::Instant> instants_;
   double drift_px_;
 };
 
