@@ -152,6 +152,30 @@ TEST_F(ActionTriggerTest, CommandsEachMultipleOnceIfTheCameraReportsTheLossAndSt
   EXPECT_GE(all.size(), 100U);
 }
 
+TEST_F(ActionTriggerTest, CommandsEachMultipleOnceAlthoughTheClockIsReadLate) {
+  std::vector<Duration> all;
+  for (int late_ms = 0; late_ms < 100; ++late_ms) {
+    trigger_->set_clock(utc_minus_host_ - milliseconds(7 * late_ms % 40));
+    for (const Duration each : follow(milliseconds(30), utc_minus_host_, true)) all.push_back(each);
+  }
+
+  expect_each_once(all);
+  EXPECT_GE(all.size(), 100U);
+}
+
+TEST_F(ActionTriggerTest, BeginsAnewIfTheClockJumpsBack) {
+  trigger_->set_clock(utc_minus_host_);
+  static_cast<void>(follow(seconds(1), utc_minus_host_, true));
+  const Duration back = utc_minus_host_ - seconds(5);
+
+  trigger_->set_clock(back);
+  const std::vector<Duration> after = follow(seconds(1), back, true);
+
+  expect_each_once(after);
+  ASSERT_GE(after.size(), 50U);
+  EXPECT_LT(after[0] - back - now_.time_since_epoch(), Duration::zero());
+}
+
 TEST_F(ActionTriggerTest, SkipsPastExposuresAfterADelay) {
   static_cast<void>(follow(milliseconds(100), utc_minus_host_, false));
   now_ += seconds(3);

@@ -28,8 +28,8 @@ constexpr int kMostAhead = 8;
 constexpr Duration kAhead = std::chrono::milliseconds(100);
 // Shortest time from a scheduled command to its exposure, for a slow network and a slow camera. Design value.
 constexpr Duration kLeastAhead = std::chrono::milliseconds(2);
-// A PTP master distributes UTC, or TAI as the standard (IEEE 1588) says. A camera clock
-// that differs by more than kNear from both has another time scale.
+// Largest error of set_clock(). Design value. A PTP master distributes UTC, or TAI as the standard (IEEE 1588) says: a
+// camera clock that differs by more than kNear from both has another time scale.
 constexpr Duration kNear = std::chrono::milliseconds(50);
 constexpr int kProbes = 4, kAnswerPatience_ms = 250;
 
@@ -136,8 +136,8 @@ void ActionTrigger::send_due(Timestamp now, Duration utc_minus_host, bool ahead)
   const Duration horizon = ahead ? std::min(kAhead, kMostAhead * period_) : Duration::zero();
   const Duration first = clock + (ahead ? kLeastAhead : Duration::zero());
   // A change between scheduled and immediate commands continues with the first exposure that was not commanded yet,
-  // unless the clock jumped.
-  const bool leapt = next_ - clock > kAhead + period_;
+  // unless the clock jumped: next_ is at most kAhead + period_ ahead of a clock without errors.
+  const bool leapt = next_ - clock > kAhead + period_ + kNear;
   const bool missed = ahead ? next_ < first : clock - next_ > period_ / 2;
   if (!begun_ || leapt || missed) skip_to(first);
   begun_ = true;

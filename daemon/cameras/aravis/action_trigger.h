@@ -40,7 +40,8 @@ class ActionTrigger {
   ActionTrigger& operator=(const ActionTrigger&) = delete;
 
   /// Sets the difference of the camera's clock and the host's clock, correct within some milliseconds. The difference
-  /// determines which multiples of the period are in the future.
+  /// determines which multiples of the period are in the future. Measure it by the arrival of a packet: the thread may
+  /// take an image from the queue long after that, and the clock would seem to jump back.
   void set_clock(Duration camera_minus_host) { camera_minus_host_ = camera_minus_host; }
 
   /// True after the camera refused a scheduled command, until send_due() is called with `ahead` = false.
