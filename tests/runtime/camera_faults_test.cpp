@@ -57,6 +57,20 @@ TEST(CameraFaults, AreRepeatedOnceAMinuteWithTheIncrease) {
   EXPECT_EQ(lines_of(faults, health, kStart + seconds(300)), "") << "the count is unchanged";
 }
 
+TEST(CameraFaults, OfACameraThatWasReplacedCountFromZero) {
+  CameraFaults faults;
+  CameraHealth health;
+  health.name = "west";
+  health.missing_packets = 500;
+  ASSERT_THAT(lines_of(faults, health, kStart), HasSubstr("500 packets never came"));
+
+  health.missing_packets = 3;
+  EXPECT_EQ(lines_of(faults, health, kStart + seconds(59)), "");
+  health.missing_packets = 4;
+
+  EXPECT_THAT(lines_of(faults, health, kStart + seconds(60)), HasSubstr("4 packets never came total=4"));
+}
+
 TEST(CameraFaults, OfDifferentKindsDoNotDelayEachOther) {
   CameraFaults faults;
   CameraHealth health;

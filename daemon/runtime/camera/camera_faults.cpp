@@ -43,6 +43,7 @@ void CameraFaults::report(const CameraHealth& now, Timestamp at) {
   for (std::size_t i = 0; i < kKinds; ++i) {
     const std::uint64_t count = now.*kMessages[i].count;
     Kind& kind = kinds_[i];
+    if (count < kind.logged) kind.logged = 0;  // the camera was replaced
     if (count <= kind.logged || (kind.logged_at && at - *kind.logged_at < kRepeatFaultAfter)) continue;
     log_warn("camera " + now.name,
              fmt::format("{} {} total={}; {}", count - kind.logged, kMessages[i].what, count, kMessages[i].remedy));

@@ -15,7 +15,8 @@ class CameraFaults {
  public:
   static constexpr std::size_t kKinds = 7;
 
-  /// Compares the counts with those last logged, and logs the increases.
+  /// Compares the counts with those last logged, and logs the increases. The counts of a camera that was replaced begin
+  /// at 0 again.
   void report(const CameraHealth& now, Timestamp at);
 
  private:
