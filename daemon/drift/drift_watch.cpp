@@ -173,13 +173,14 @@ void DriftWatch::assess(std::size_t camera) {
   CameraDrift& drift = state.drift;
   drift.views = state.views;
   if (state.views < 1.0) {
-    drift = {.drifted = drift.drifted, .camera_from_world = drift.camera_from_world};
+    // A drifted camera keeps its last figures: without markers, nothing shows that it is in place again.
+    if (!drift.drifted) drift = {.camera_from_world = drift.camera_from_world};
     return;
   }
   const PoseChange bump(state);
   const Vector6& change = bump.change;
   drift.off_px = bump.off_px;
-  drift.rms_px = std::sqrt(0.5 * state.residual_sum / state.views);
+  drift.rms_px = std::sqrt(state.residual_sum / state.views);
   drift.turned_rad = change.head<3>().norm();
   const CameraFromWorld& before = rig_[camera].camera_from_world;
   const double angle = change.head<3>().norm();

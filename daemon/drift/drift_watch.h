@@ -12,11 +12,12 @@
 
 namespace mocap::drift {
 
-/// The estimated difference between the pose of a camera and its pose in the rig.
+/// The estimated difference between the pose of a camera and its pose in the rig. Both figures in px are the rms length
+/// of a residual, not of each axis, which is smaller by the square root of 2.
 struct CameraDrift {
   bool drifted = false;
-  double off_px = 0.0;  ///< rms of the reprojection error that the pose change explains
-  double rms_px = 0.0;  ///< rms of the whole reprojection error, each axis
+  double off_px = 0.0;  ///< of the reprojection error that the pose change explains
+  double rms_px = 0.0;  ///< of the whole reprojection error
   double turned_rad = 0.0;
   double moved_m = 0.0;
   double views = 0.0;                 ///< weighted number of observations

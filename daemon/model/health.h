@@ -71,7 +71,8 @@ struct CameraHealth {
   std::uint64_t clock_leaps = 0;      ///< the camera's clock wrapped, jumped, ran backwards or stopped
   double clock_uncertainty_us = 0.0;  ///< standard deviation of its exposure times on the host's clock; 0: unknown
   bool bumped = false;                ///< its pose differs from the rig, judged by the other cameras
-  double rig_off_px = 0.0;  ///< rms of the residuals that a rotation and translation of the camera explain; 0: unknown
+  double rig_off_px =
+      0.0;  ///< rms length of the residuals that a rotation and translation of the camera explain; 0: unknown
   double rig_turned_rad = 0.0;
   double rig_moved_m = 0.0;
   ClockSource clock_source = ClockSource::Unknown;

@@ -33,6 +33,7 @@ class Capture {
   }
 
   void set_truth(Rig truth) { truth_ = std::move(truth); }
+  void remove_markers() { markers_ = 0; }
 
   void run(double seconds) {
     for (int i = 0; i < static_cast<int>(seconds * kRate_hz); ++i) step();
@@ -67,7 +68,7 @@ class Capture {
     BlobFrame& view = views_[c];
     view.camera = CameraId{c};
     view.blobs.clear();
-    for (int m = 0; m < 20; ++m) {
+    for (int m = 0; m < markers_; ++m) {
       const double phase = 1.7 * m;
       const Eigen::Vector3d at(1.2 * std::sin(0.5 * t_s_ + phase), 1.2 * std::cos(0.37 * t_s_ + 2.3 * phase),
                                1.0 + 0.7 * std::sin(0.61 * t_s_ + 0.9 * phase));
@@ -94,6 +95,7 @@ class Capture {
   std::vector<BlobFrame> views_;
   std::unique_ptr<Predictions> predicted_ = std::make_unique<Predictions>();
   double t_s_ = 0.0;
+  int markers_ = 20;
 };
 
 TEST(DriftWatch, ReportsABumpedCameraWithinTenSecondsAndNoOther) {
@@ -169,6 +171,26 @@ TEST(DriftWatch, ClearsTheReportOfACameraThatIsBackInPlace) {
   EXPECT_FALSE(capture.camera(1).drifted);
 }
 
+TEST(DriftWatch, KeepsTheFiguresOfADriftedCameraWhileNoMarkersAreThere) {
+  const Rig file = eight_cameras();
+  Capture capture(file, 8);
+  Rig truth = file;
+  truth[1] = bumped(truth[1], 0.3 * kDegree, 0.0);
+  capture.set_truth(truth);
+  capture.run(10.0);
+  ASSERT_TRUE(capture.camera(1).drifted);
+  const double off_px = capture.camera(1).off_px;
+
+  capture.remove_markers();
+  capture.run(60.0);
+
+  EXPECT_TRUE(capture.camera(1).drifted);
+  EXPECT_LT(capture.camera(1).views, 1.0);
+  EXPECT_NEAR(capture.camera(1).off_px, off_px, 0.5 * off_px);
+  EXPECT_NEAR(capture.camera(1).turned_rad / kDegree, 0.3, 0.15);
+  EXPECT_EQ(capture.camera(2).off_px, 0.0);
+}
+
 TEST(DriftWatch, MeasuresASmallDriftBeforeTheMatcherLosesTheCamera) {
   const Rig file = eight_cameras();
   Capture capture(file, 7);
@@ -179,6 +201,8 @@ TEST(DriftWatch, MeasuresASmallDriftBeforeTheMatcherLosesTheCamera) {
   capture.run(15.0);
 
   EXPECT_NEAR(capture.camera(4).off_px, 1.1, 0.15);
+  EXPECT_GT(capture.camera(4).rms_px, capture.camera(4).off_px);  // both are lengths: the noise comes on top
+  EXPECT_NEAR(capture.camera(4).rms_px, capture.camera(4).off_px, 0.15);
   EXPECT_NEAR(capture.camera(4).turned_rad / kDegree, 0.06, 0.05);  // a translation of 4 mm has about the same effect
   for (std::uint32_t i = 0; i < file.size(); ++i) {
     if (i == 4) continue;

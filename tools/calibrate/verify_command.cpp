@@ -70,7 +70,10 @@ void add_verify_command(cli::App& app, VerifyOptions& options) {
       "  mocap-calibrate verify --config my.toml\n"
       "  mocap-calibrate verify --blobs take.blobs --rig my.rig.toml --drift-px 0.5");
   verify->add_option("--rig", options.rig, "rig file; default: the configuration's")->type_name("FILE");
-  verify->add_option("--drift-px", options.drift_px, "largest deviation of a camera that agrees with the rig")
+  verify
+      ->add_option("--drift-px", options.drift_px,
+                   "largest deviation of a camera that agrees with the rig: rms length of the residuals that another "
+                   "pose explains; all px of the report are such lengths, not per axis")
       ->check(cli::Range(0.05, 20.0))
       ->capture_default_str();
   verify
