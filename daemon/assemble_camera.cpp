@@ -43,6 +43,10 @@ void deliver_blobs(std::unique_ptr<BlobCamera> camera, runtime::CameraParts& int
   into.camera = std::move(camera);
 }
 
+bool is_on_node(const cameras::CameraSettings& camera) {
+  return camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
+}
+
 // Opens the camera with its detector and its 2D tracker.
 Status open_camera(const settings::DaemonSettings& settings, CameraId id, SharedByCameras& shared,
                    runtime::CameraParts& into) {
@@ -78,9 +82,7 @@ Status open_camera(const settings::DaemonSettings& settings, CameraId id, Shared
 
 }  // namespace
 
-bool delivers_blobs(const cameras::CameraSettings& camera) {
-  return plays_take(camera) || camera.driver.as<cameras::NodeCameraSettings>() != nullptr;
-}
+bool delivers_blobs(const cameras::CameraSettings& camera) { return plays_take(camera) || is_on_node(camera); }
 
 Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& settings, CameraId id,
                                              SharedByCameras& shared) {
@@ -101,6 +103,9 @@ Result<runtime::CameraParts> assemble_camera(const settings::DaemonSettings& set
 runtime::CameraStep step_of(const settings::DaemonSettings& before, const settings::DaemonSettings& now, CameraId id) {
   if (!settings::same_device(before, now, id)) return runtime::CameraStep::Replace;
   if (before.pipeline.camera_queue_frames != now.pipeline.camera_queue_frames) return runtime::CameraStep::Replace;
+  // A camera of a node compares the uncertainty of the node's clock with the window.
+  const bool same_window = before.pipeline.align.window == now.pipeline.align.window;
+  if (!same_window && is_on_node(now.cameras[id.value])) return runtime::CameraStep::Replace;
   if (settings::same_processing(before, now, id)) return runtime::CameraStep::Continue;
   // The detector of delivered blobs belongs to its camera.
   return delivers_blobs(now.cameras[id.value]) ? runtime::CameraStep::Replace : runtime::CameraStep::Refresh;

@@ -10,6 +10,7 @@
 #include "assemble.h"
 #include "assemble_camera.h"
 #include "base/wake_signal.h"
+#include "cameras/node/node_settings.h"
 #include "cameras/synthetic/synthetic_settings.h"
 #include "scene/ring_rig.h"
 #include "settings/subject/marker_set_file.h"
@@ -235,6 +236,18 @@ TEST_F(HandoverTest, OnlyACameraWithAnotherDeviceIsOpenedAnew) {
   EXPECT_EQ(step_of(before, next, CameraId{1}), runtime::CameraStep::Replace);
   EXPECT_EQ(step_of(before, next, CameraId{2}), runtime::CameraStep::Refresh);
   EXPECT_EQ(step_of(before, next, CameraId{3}), runtime::CameraStep::Refresh);
+}
+
+TEST_F(HandoverTest, OnlyACameraOfANodeIsOpenedAnewForAnotherWindow) {
+  settings::DaemonSettings with_node = before;
+  with_node.cameras[1].driver = cameras::NodeCameraSettings{.endpoint = "tcp://10.0.0.2:5580"};
+  settings::DaemonSettings next = with_node;
+  ASSERT_EQ(step_of(with_node, next, CameraId{1}), runtime::CameraStep::Continue);
+
+  next.pipeline.align.window *= 2;
+
+  EXPECT_EQ(step_of(with_node, next, CameraId{0}), runtime::CameraStep::Continue);
+  EXPECT_EQ(step_of(with_node, next, CameraId{1}), runtime::CameraStep::Replace);
 }
 
 }  // namespace handover_test
