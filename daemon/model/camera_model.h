@@ -40,6 +40,9 @@ struct CameraModel {
   WorldPoint centre() const { return camera_from_world.inverse() * CameraPoint{}; }
 };
 
+/// The table of a rig file with facts about the rig. No camera has this name, because its table would be the same.
+inline constexpr const char* kRigMetadata = "metadata";
+
 /// The calibrated cameras, by CameraId.
 using Rig = std::vector<CameraModel>;
 

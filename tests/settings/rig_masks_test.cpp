@@ -120,6 +120,16 @@ TEST_F(LearntMasks, AreNotWrittenIntoAFileThatCannotBeEdited) {
   EXPECT_FALSE(save_masks(folder_.path() / "none.toml", {camera("east", {kDoor})}, kLearntMasks));
 }
 
+TEST_F(LearntMasks, OfACameraThatIsNotInTheFileAreRefused) {
+  const Status saved = save_masks(path_, {camera("west", {kLamp}), camera("south", {kDoor})}, kLearntMasks);
+
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(saved.error().message, HasSubstr("has no camera 'south', so its masks have no place"));
+  EXPECT_EQ(text_of(path_), kRig);
+  EXPECT_TRUE(save_masks(path_, {camera("west", {kLamp}), camera("south", {})}, kLearntMasks)) << "nothing is lost";
+}
+
 TEST_F(LearntMasks, StayWhenMasksAreDrawn) {
   ASSERT_TRUE(save_masks(path_, {camera("east", {kDoor})}, kLearntMasks));
   CameraModel drawn;

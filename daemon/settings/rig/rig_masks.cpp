@@ -59,16 +59,25 @@ Status save_masks(const std::filesystem::path& path, const Rig& rig, const MaskK
     const toml::table root = toml::parse(text, path.string());
     const LineIndex lines(text);
     std::vector<TextEdit> edits;
+    std::vector<const CameraModel*> found;
     for (const auto& [key, node] : root) {
       const toml::table* table = node.as_table();
-      if (table == nullptr || key.str() == "metadata") continue;
+      if (table == nullptr || key.str() == kRigMetadata) continue;
       const CameraModel* camera = find(rig, (*table)["name"].value_or(std::string(key.str())));
       if (camera == nullptr) continue;
+      found.push_back(camera);
       if (table->is_inline()) {
         return Error{ErrorCode::InvalidArgument, fmt::format("{}: camera '{}' stands in braces, expected a table [{}]",
                                                              path.string(), camera->name, camera->name)};
       }
       edits.push_back(edit_of(*table, camera->*kind.of, kind.key, text, lines));
+    }
+    for (const CameraModel& camera : rig) {
+      if ((camera.*kind.of).empty() || std::ranges::find(found, &camera) != found.end()) continue;
+      return Error{ErrorCode::InvalidArgument,
+                   fmt::format("{}: has no camera '{}', so its masks have no place; expected a table [{}]: calibrate "
+                               "this camera first (mocap-calibrate wand)",
+                               path.string(), camera.name, camera.name)};
     }
     const std::string result = edited(text, std::move(edits));
     if (rest_of(toml::parse(result, path.string()), kind.key) != rest_of(root, kind.key)) {
