@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "cameras/camera_make.h"
+#include "model/camera_model.h"
 
 namespace mocap::cameras {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 // The name occurs in log lines and as the name of folders.
 std::vector<KeyFault> name_faults(const std::string& name) {
   const auto bad = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == '/' || c == '\'' || c == '"'; };
+  if (name == kRigMetadata)
+    return {{"name", fmt::format("name is '{}', which a rig file has for its facts; expected another name", name)}};
   if (!name.empty() && name.size() <= 63 && std::none_of(name.begin(), name.end(), bad)) return {};
   return {{"name", fmt::format("name is '{}', expected 1 to 63 characters without quotes and slashes", name)}};
 }

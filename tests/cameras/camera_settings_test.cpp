@@ -51,6 +51,11 @@ TEST(CameraSettings, RefuseANameThatCannotBeTheNameOfAFolder) {
   EXPECT_TRUE(faults_of(CameraSettings{std::string(63, 'n'), SyntheticSettings{}}).empty());
 }
 
+TEST(CameraSettings, RefuseTheNameOfATableThatARigFileHasAnyway) {
+  EXPECT_THAT(messages_of(faults_of(CameraSettings{"metadata", SyntheticSettings{}})),
+              ElementsAre("name is 'metadata', which a rig file has for its facts; expected another name"));
+}
+
 TEST(CameraSettings, RefuseAThresholdBetweenZeroAndOne) {
   CameraSettings camera{"west", SyntheticSettings{}};
   camera.threshold = 0.5;

@@ -233,6 +233,19 @@ TEST_F(RigFile, KeepsItsMasksWhenItIsWritten) {
   }
 }
 
+TEST_F(RigFile, HasNoCameraNamedMetadata) {
+  std::mt19937 random(3);
+  const auto path = folder_.path() / "own.toml";
+
+  const Status saved = save_rig(path, {random_camera(random, "metadata", 0.3)}, {});
+
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(saved.error().message, HasSubstr("a camera is named 'metadata'"));
+  EXPECT_FALSE(std::filesystem::exists(path));
+  EXPECT_THAT(faults_of(write_with("M11139", "metadata")), HasSubstr("rig.toml:2:8: camera 'cam_01': name is 'metadata'"));
+}
+
 TEST_F(RigFile, SaysWhetherItsFloorIsGuessed) {
   EXPECT_TRUE(floor_is_guessed(write_with("adjusted = false", "floor = \"guessed\"")));
   EXPECT_FALSE(floor_is_guessed(write_with("adjusted = false", "floor = \"frame\"")));

@@ -69,7 +69,7 @@ Status make_folder(const RigPlaces& places) {
 void read_facts(const std::filesystem::path& path, KeptRig& kept) {
   Result<TomlFile, Faults> file = TomlFile::open(path);
   if (!file) return;
-  std::optional<TomlTable> facts = file->root().table("metadata", "metadata");
+  std::optional<TomlTable> facts = file->root().table(kRigMetadata, kRigMetadata);
   if (!facts) return;
   if (facts->has("solved_at_utc")) facts->text("solved_at_utc", kept.solved_at_utc);
   if (facts->has("solved_by")) facts->text("solved_by", kept.solved_by);

@@ -117,6 +117,9 @@ CameraModel read_camera(TomlTable& table, const std::string& key) {
   camera.name = key;
   table.text("name", camera.name);
   if (camera.name.empty()) table.fault("name", "name is '', expected the camera's name");
+  if (camera.name == kRigMetadata)
+    table.fault("name", fmt::format("name is '{}', the name of the table with facts about the rig; rename the camera",
+                                    camera.name));
   table.call(fmt::format("camera '{}'", camera.name));
   read_size(table, camera);
   read_lens(table, camera.lens);
@@ -198,7 +201,7 @@ Result<ForeignRig, Faults> read_rig(const std::filesystem::path& path, bool fore
   std::vector<TomlTable> cameras;
   for (const std::string& key : root.keys()) {
     std::optional<TomlTable> table = root.table(key, fmt::format("camera '{}'", key));
-    if (!table || key == "metadata") continue;
+    if (!table || key == kRigMetadata) continue;
     if (foreign && !table->has("matrix") && !table->has("size")) {
       read.left_out.push_back(fmt::format("[{}] is no camera; it is left out", key));
       continue;
@@ -226,7 +229,7 @@ Result<Rig, Faults> load_rig(const std::filesystem::path& path) {
 bool floor_is_guessed(const std::filesystem::path& path) {
   Result<TomlFile, Faults> file = TomlFile::open(path);
   if (!file) return false;
-  std::optional<TomlTable> facts = file->root().table("metadata", "metadata");
+  std::optional<TomlTable> facts = file->root().table(kRigMetadata, kRigMetadata);
   std::string floor;
   if (facts && facts->has("floor")) facts->text("floor", floor);
   return floor == "guessed";
@@ -235,9 +238,15 @@ bool floor_is_guessed(const std::filesystem::path& path) {
 Result<ForeignRig, Faults> load_foreign_rig(const std::filesystem::path& path) { return read_rig(path, true); }
 
 Status save_rig(const std::filesystem::path& path, const Rig& rig, const RigMetadata& metadata) {
+  if (is_in(rig, kRigMetadata)) {
+    return Error{ErrorCode::InvalidArgument,
+                 fmt::format("{}: not written: a camera is named '{}', the name of the table with facts about the rig; "
+                             "rename the camera",
+                             path.string(), kRigMetadata)};
+  }
   std::string text;
   for (const CameraModel& camera : rig) text += text_of(camera);
-  text += "[metadata]\n";
+  text += fmt::format("[{}]\n", kRigMetadata);
   for (const auto& [key, value] : metadata) {
     text += fmt::format("{} = {}\n", text_of(key), std::visit([](const auto& v) { return text_of(v); }, value));
   }

@@ -40,7 +40,7 @@ struct ForeignRig {
 Result<ForeignRig, Faults> load_foreign_rig(const std::filesystem::path& path);
 
 /// Writes a rig file as above; reading it gives the same cameras to 1e-12. The file is replaced as a whole or, if that
-/// fails, not at all.
+/// fails, not at all. Fails with Io, and with InvalidArgument if a camera is named kRigMetadata.
 Status save_rig(const std::filesystem::path& path, const Rig& rig, const RigMetadata& metadata);
 
 }  // namespace mocap::settings

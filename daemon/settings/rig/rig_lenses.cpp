@@ -95,7 +95,7 @@ Result<std::string> edited_rig(const std::filesystem::path& path, const std::str
   std::vector<std::string> known;
   for (const auto& [key, node] : root) {
     const toml::table* table = node.as_table();
-    if (table == nullptr || key.str() == "metadata") continue;
+    if (table == nullptr || key.str() == kRigMetadata) continue;
     const auto name = (*table)["name"].value_or(std::string(key.str()));
     const auto camera = std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.name == name; });
     if (camera == cameras.end()) continue;
@@ -128,6 +128,11 @@ Result<std::string> edited_rig(const std::filesystem::path& path, const std::str
 }  // namespace
 
 Status save_lenses(const std::filesystem::path& path, const Rig& cameras) {
+  if (std::ranges::find(cameras, kRigMetadata, &CameraModel::name) != cameras.end()) {
+    return refuse(path, fmt::format("not written: a camera is named '{}', the name of the table with facts about the "
+                                    "rig; rename the camera",
+                                    kRigMetadata));
+  }
   std::error_code failed;
   if (!std::filesystem::exists(path, failed)) {
     std::string text = "# Lenses only: mocap-calibrate wand finds the poses of the cameras.\n";
