@@ -240,7 +240,9 @@ TEST_F(HandoverTest, OnlyACameraWithAnotherDeviceIsOpenedAnew) {
 
 TEST_F(HandoverTest, OnlyACameraOfANodeIsOpenedAnewForAnotherWindow) {
   settings::DaemonSettings with_node = before;
-  with_node.cameras[1].driver = cameras::NodeCameraSettings{.endpoint = "tcp://10.0.0.2:5580"};
+  cameras::NodeCameraSettings node;
+  node.endpoint = "tcp://10.0.0.2:5580";
+  with_node.cameras[1].driver = node;
   settings::DaemonSettings next = with_node;
   ASSERT_EQ(step_of(with_node, next, CameraId{1}), runtime::CameraStep::Continue);
 
