@@ -218,6 +218,8 @@ Description describe(const settings::DaemonSettings& settings, std::string sessi
   description.session_id = std::move(session_id);
   description.nominal_rate_hz = settings.nominal_rate_hz;
   description.cameras = settings.rig;
+  for (const cameras::CameraSettings& camera : settings.cameras)
+    description.camera_rates_hz.push_back(facts_of(camera).rate_hz.value_or(0.0));
   description.subjects = settings.subject_models;
   return description;
 }

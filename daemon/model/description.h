@@ -17,6 +17,7 @@ struct Description {
   std::string session_id;  ///< id of this run of the daemon
   double nominal_rate_hz = 0.0;
   Rig cameras;
+  std::vector<double> camera_rates_hz;  ///< nominal, by CameraId; 0: unknown. Empty: of no camera
   std::vector<Subject> subjects;
 };
 

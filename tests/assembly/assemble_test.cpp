@@ -52,5 +52,12 @@ TEST(Assemble, ReportsItsVersionToClients) {
   EXPECT_EQ(assembly->parts.description.producer.rfind("mocapd 0.", 0), 0U) << assembly->parts.description.producer;
 }
 
+TEST(Describe, HasTheRateOfEachCamera) {
+  settings::DaemonSettings settings = live_synthetic_daemon({});
+  settings.cameras[1].driver.as<cameras::SyntheticSettings>()->rate_hz = 30.0;
+
+  EXPECT_EQ(describe(settings, "session").camera_rates_hz, (std::vector<double>{60.0, 30.0, 60.0}));
+}
+
 }  // namespace assemble_test
 }  // namespace mocap

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <vector>
 
 namespace mocap::preflight {
 namespace preflight_test {
@@ -59,6 +60,22 @@ TEST(Preflight, TellsTheMinutesOfTakesThatFitOnTheDisk) {
   EXPECT_EQ(disk->minutes, 600.0);
   EXPECT_THAT(json_of({*disk}), HasSubstr("\"minutes\":600.0"));
   EXPECT_THAT(json_of({good("sets", "all")}), Not(HasSubstr("minutes")));
+}
+
+TEST(Preflight, JudgesEachCameraByItsOwnRate) {
+  PreflightFacts facts = ready();
+  for (const char* name : {"north", "east"}) facts.description.add_cameras()->set_name(name);
+  facts.description.mutable_cameras(1)->set_nominal_rate_hz(60.0);
+  v1::CameraHealth& slow = *facts.now.mutable_health()->mutable_cameras(1);
+  const auto verdict = [&] {
+    const std::vector<Finding> findings = examine_daemon(facts);
+    return std::ranges::find(findings, "camera east", &Finding::check)->verdict;
+  };
+
+  slow.set_rate_hz(59.9);
+  EXPECT_EQ(verdict(), Verdict::Good);
+  slow.set_rate_hz(50.0);
+  EXPECT_EQ(verdict(), Verdict::Bad);
 }
 
 struct Fault {

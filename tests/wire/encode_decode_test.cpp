@@ -543,7 +543,8 @@ TEST(DecodeSnapshot, SurvivesRandomBytes) {
 }
 
 TEST(EncodeDescription, RoundTrips) {
-  const Description sent = sample_description(7);
+  Description sent = sample_description(7);
+  sent.camera_rates_hz = {120.0, 60.0};
 
   const Result<Description> read = decode(encode(sent));
 
@@ -554,6 +555,7 @@ TEST(EncodeDescription, RoundTrips) {
   EXPECT_EQ(read->nominal_rate_hz, 120.0);
   ASSERT_EQ(read->cameras.size(), 2U);
   EXPECT_EQ(read->cameras[1].name, "south");
+  EXPECT_EQ(read->camera_rates_hz, sent.camera_rates_hz);
   EXPECT_EQ(read->cameras[1].lens.kind, LensKind::Fisheye);
   EXPECT_EQ(read->cameras[0].lens.distortion, sent.cameras[0].lens.distortion);
   // The rotation is transmitted as a quaternion: tolerance of a few roundings in double precision.

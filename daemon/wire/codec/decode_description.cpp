@@ -323,6 +323,7 @@ Result<Description> decode(const v1::Description& from) {
     Result<CameraModel> read = decode_camera_model(camera);
     if (!read) return read.error();
     into.cameras.push_back(std::move(*read));
+    into.camera_rates_hz.push_back(camera.nominal_rate_hz());
   }
   for (const v1::Subject& subject : from.subjects()) {
     Result<Subject> read = decode_subject_description(subject);

@@ -219,7 +219,11 @@ v1::Description encode(const Description& from) {
   into.set_session_id(valid_utf8(from.session_id));
   encode_conventions(*into.mutable_conventions());
   into.set_nominal_rate_hz(from.nominal_rate_hz);
-  for (const CameraModel& camera : from.cameras) encode_camera(camera, *into.add_cameras());
+  for (std::size_t i = 0; i < from.cameras.size(); ++i) {
+    v1::Camera& camera = *into.add_cameras();
+    encode_camera(from.cameras[i], camera);
+    if (i < from.camera_rates_hz.size()) camera.set_nominal_rate_hz(from.camera_rates_hz[i]);
+  }
   for (const Subject& subject : from.subjects) encode_subject(subject, *into.add_subjects());
   return into;
 }

@@ -24,6 +24,14 @@ const v1::CameraHealth* camera_before(const v1::Status& before, const std::strin
   return found == all.end() ? nullptr : &*found;
 }
 
+// The rate at which the camera is to deliver; 0: unknown. An older daemon tells only that of the fastest camera.
+double nominal_rate_hz(const PreflightFacts& facts, const std::string& name) {
+  const auto& all = facts.description.cameras();
+  const auto found = std::ranges::find_if(all, [&](const v1::Camera& each) { return each.name() == name; });
+  if (found != all.end() && found->nominal_rate_hz() > 0.0) return found->nominal_rate_hz();
+  return facts.description.nominal_rate_hz();
+}
+
 // The images that the camera lost since `before`, by reason.
 std::string losses(const v1::CameraHealth& now, const v1::CameraHealth& before) {
   const auto lost = now.missing_frames() - before.missing_frames() + now.failed_frames() - before.failed_frames();
@@ -50,7 +58,7 @@ Finding examine_camera(const PreflightFacts& facts, int index) {
     return bad(check, fmt::format("exposes {:.0f} us off the other cameras", camera.offset_us()),
                "trigger all cameras by one signal, or synchronise them with one PTP clock");
   }
-  const double nominal_hz = facts.description.nominal_rate_hz();
+  const double nominal_hz = nominal_rate_hz(facts, camera.name());
   if (nominal_hz > 0.0 && camera.rate_hz() < kRateShare * nominal_hz) {
     return bad(check, fmt::format("delivers {:.1f} images a second of {:.1f}", camera.rate_hz(), nominal_hz),
                "exposure below the period? mocapctl doctor checks network and machine");
