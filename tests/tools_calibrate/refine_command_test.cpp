@@ -393,6 +393,21 @@ TEST_F(RigCommands, FloorFitsThePlaneThroughMarkers) {
   for (const CameraModel& camera : *rig) EXPECT_NEAR(camera.centre().v.z(), 2.5, 3e-3);
 }
 
+// The frame lies there only in the first eight of 14 seconds.
+TEST_F(RigCommands, FloorUsesAWholeRecording) {
+  const Rig truth = eight_cameras();
+  const Take take = then(still_points(truth, kFrame, 9, 8.0), still_points(truth, {}, 10, 6.0));
+  auto arguments = files(take, without_floor(truth));
+
+  const Outcome whole = floor(arguments);
+  ASSERT_TRUE(settings::save_rig(path("rig.toml"), without_floor(truth), {}));
+  arguments.insert(arguments.end(), {"--seconds", "5"});
+  const Outcome last = floor(arguments);
+
+  EXPECT_EQ(whole.exit, kExitOk) << whole.output;
+  EXPECT_EQ(last.exit, kExitData) << last.output;
+}
+
 TEST_F(RigCommands, FloorSaysThatThreeMarkersAreNoCheck) {
   const Rig truth = eight_cameras();
   const std::vector<Eigen::Vector3d> three{{-0.9, 0.1, 0.0}, {0.8, -0.2, 0.0}, {0.1, 0.9, 0.3}};

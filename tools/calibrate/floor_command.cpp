@@ -26,7 +26,10 @@ void add_floor_command(cli::App& app, FloorOptions& options) {
   floor->add_option("--rig", options.rig, "rig file; default: the configuration's")->type_name("FILE");
   floor->add_option("--out", options.out, "rig file to write; default: the same")->type_name("FILE");
   cli::add_floor_options(*floor, options.floor);
-  floor->add_option("--seconds", options.take.seconds, "duration of live cameras; default 5, with --walk 30")
+  floor
+      ->add_option(
+          "--seconds", options.take.seconds,
+          "duration of live cameras, default 5, with --walk 30; or the last part of a recording, default all of it")
       ->check(cli::Range(1.0, 3600.0));
   floor->add_flag("--dry-run", options.dry_run, "report only, write nothing");
 }
@@ -38,7 +41,7 @@ int run_floor(const FloorOptions& options) {
   }
   catch_signals();
   RecordingOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = options.floor.by_walk ? kWalkSeconds : kLiveSeconds;
+  if (take.seconds <= 0.0 && take.blobs.empty()) take.seconds = options.floor.by_walk ? kWalkSeconds : kLiveSeconds;
   const auto gathered = gather_blobs(take);
   if (!gathered) {
     print_message("{}", gathered.error().message);
