@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
@@ -147,6 +148,25 @@ TEST(LensCommand, WritesNothingIfTheRigHasAnotherImageSize) {
   EXPECT_EQ(read(rig_file), other);
 }
 
+TEST(LensCommand, RefusesAMissingRigFileAndBadInputBeforeItRunsCameras) {
+  const support::TemporaryFolder folder;
+  const auto config = folder.write("mocapd.toml",
+                                   "[capture]\nneeds_rig = false\n[[camera]]\nname = \"door\"\ndriver = \"replay\"\n"
+                                   "folder = \".\"\n");
+  const auto bad = folder.write("bad.toml", "[capture]\nrgi = 1\n");
+  const std::string rig = (folder.path() / "rig.toml").string();
+  std::filesystem::create_directory(folder.path() / "shots");
+  folder.write("shots/image.png", "no image");
+
+  EXPECT_EQ(run(with_board({"--config", config.string()})), kExitUsage);
+  EXPECT_EQ(run(with_board({"--config", config.string(), "--camera", "window", "--rig", rig})), kExitUsage);
+  EXPECT_EQ(run(with_board({"--config", config.string(), "--rig", (folder.path() / "none/rig.toml").string()})),
+            kExitCannotWrite);
+  EXPECT_EQ(run(with_board({"--config", bad.string(), "--rig", rig})), kExitConfig);
+  EXPECT_EQ(run(with_board({"--images", (folder.path() / "none").string(), "--rig", rig})), kExitNoInput);
+  EXPECT_EQ(run(with_board({"--images", (folder.path() / "shots").string(), "--rig", rig})), kExitData);
+}
+
 TEST(LensCommand, EndsWithTheCodeOfAFileThatCannotBeWritten) {
   const support::TemporaryFolder folder;
   draw_boards(folder.path() / "shots/door", 24, 0.8);
@@ -159,7 +179,7 @@ TEST(LensCommand, EndsWithTheCodeOfAFileThatCannotBeWritten) {
 
 TEST(LensCommand, RefusesAnEmptyFolderAndAnIncompleteCommandLine) {
   const support::TemporaryFolder folder;
-  EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run"}), 69);
+  EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run"}), 66);
   EXPECT_EQ(run({"--images", folder.path().string()}), 64);
   EXPECT_EQ(run({"--dry-run"}), 64);
   EXPECT_EQ(run({"--images", folder.path().string(), "--dry-run", "--marker-mm", "50"}), 64);

@@ -95,6 +95,46 @@ TEST_F(WandCommand, WritesReportsBesideTheRig) {
   EXPECT_TRUE(std::filesystem::exists(path("report.svg")));
 }
 
+// The recording is not read: nothing would be left of live cameras.
+TEST_F(WandCommand, RefusesFilesThatCannotBeWrittenBeforeItRecords) {
+  const std::string missing = path("missing/report.svg");
+  const auto config = folder_.write("mocapd.toml",
+                                    "[capture]\nneeds_rig = false\n[[camera]]\nname = \"a\"\ndriver = \"replay\"\n"
+                                    "folder = \".\"\n");
+
+  const Outcome report = run({"--blobs", path("none.blobs"), "--out", path("rig.toml"), "--report", missing});
+  const Outcome out = run({"--blobs", path("none.blobs"), "--out", path("missing/rig.toml")});
+  const Outcome truth = run({"--blobs", path("none.blobs"), "--out", path("rig.toml"), "--truth", path("none.toml")});
+  const Outcome no_rig = run({"--config", config.string(), "--fov", "60"});
+
+  EXPECT_EQ(report.exit, kExitCannotWrite);
+  EXPECT_THAT(report.output, HasSubstr("'" + missing + "' cannot be written: its folder '" + path("missing") + "'"));
+  EXPECT_EQ(out.exit, kExitCannotWrite) << out.output;
+  EXPECT_EQ(truth.exit, kExitConfig) << truth.output;
+  EXPECT_EQ(no_rig.exit, kExitUsage) << no_rig.output;
+  EXPECT_THAT(no_rig.output, HasSubstr("set the rig file to write with --out FILE, or [capture] rig"));
+}
+
+TEST_F(WandCommand, WritesTheRigAlthoughAReportFails) {
+  WandWorld world(small_world(), kWand, 25);
+  std::filesystem::create_directory(path("report.json"));  // a folder is no file that can be replaced
+  Rig other = world.truth();
+  for (CameraModel& camera : other) camera.name += " of another rig";
+  ASSERT_TRUE(settings::save_rig(path("truth.toml"), other, {}));
+
+  const Outcome reported =
+      run_on(world.take(), world.truth(), world.truth(), {"--report", path("report.json"), "--moved"});
+  EXPECT_EQ(reported.exit, kExitCannotWrite) << reported.output;
+  EXPECT_TRUE(settings::load_rig(path("rig.toml")));
+
+  std::filesystem::remove(path("rig.toml"));
+  const Outcome compared =
+      run_on(world.take(), world.truth(), world.truth(), {"--truth", path("truth.toml"), "--moved"});
+  EXPECT_EQ(compared.exit, kExitData) << compared.output;
+  EXPECT_THAT(compared.output, HasSubstr("0 cameras are in both rigs by name"));
+  EXPECT_TRUE(settings::load_rig(path("rig.toml")));
+}
+
 TEST_F(WandCommand, EstimatesUnknownLensesAndAProvisionalFloor) {
   WandWorld world(small_world(), kWand, 22);
   calibrate::testing::write_recording(path("take.blobs"), world.take(), world.truth());
@@ -352,7 +392,27 @@ TEST_F(WandCommand, RefusesFilesThatAreNotRecordings) {
   EXPECT_THAT(run({"--blobs", newer, "--out", path("rig.toml")}).output, HasSubstr("has version 7, expected 1 to 1"));
   EXPECT_THAT(run({"--blobs", empty, "--out", path("rig.toml")}).output, HasSubstr("is no blob recording"));
   EXPECT_EQ(run({"--blobs", path("none.blobs"), "--out", path("rig.toml")}).exit, kExitNoInput);
+  EXPECT_EQ(run({"--blobs", folder_.path().string(), "--out", path("rig.toml")}).exit, kExitNoInput);
   EXPECT_FALSE(wrote());
+}
+
+TEST_F(WandCommand, RefusesARecordingThatCannotBeWrittenWithItsOwnCode) {
+  const auto config = folder_.write("mocapd.toml",
+                                    "[capture]\nneeds_rig = false\n[[camera]]\nname = \"a\"\ndriver = \"replay\"\n"
+                                    "folder = \".\"\n");
+  const std::vector<std::string> arguments{"--config", config.string(), "--out", path("rig.toml"), "--record"};
+  const auto with = [&](const std::string& record) {
+    auto all = arguments;
+    all.push_back(record);
+    return run(all);
+  };
+
+  const Outcome folder = with(path("missing/take.blobs"));
+  const Outcome name = with(path("take.txt"));
+
+  EXPECT_EQ(folder.exit, kExitCannotWrite) << folder.output;
+  EXPECT_EQ(name.exit, kExitUsage) << name.output;
+  EXPECT_THAT(name.output, HasSubstr("expected .blobs"));
 }
 
 TEST_F(WandCommand, RefusesInvalidWands) {

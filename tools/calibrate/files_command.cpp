@@ -23,9 +23,9 @@ int print_error(const settings::Faults& faults) {
   return kExitData;
 }
 
-int print_error(const Error& error) {
+int print_error(const Error& error, int refused = kExitUsage) {
   fmt::print(stderr, "mocap-calibrate: {}\n", error.message);
-  return error.code == ErrorCode::Io ? kExitCannotWrite : kExitUsage;
+  return error.code == ErrorCode::Io ? kExitCannotWrite : refused;
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ int FilesCommands::run_import() const {
   const auto read = read_rig(from_, calibration::format_named(format_));
   if (!read) return print_error(read.error());
   const Status saved = settings::save_rig(to_, read->rig, {{"imported_from", from_.filename().string()}});
-  if (!saved) return print_error(saved.error());
+  if (!saved) return print_error(saved.error(), kExitData);
   print_notices(read->notices);
   fmt::print("{}: written, {} cameras\n", to_.string(), read->rig.size());
   return kExitOk;

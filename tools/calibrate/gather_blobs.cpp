@@ -40,7 +40,8 @@ class Collector {
     const Blobs& blobs = detector_->detect(frame.image).blobs;
     RecordedPicture image{frame.number, frame.exposed_at, {blobs.begin(), blobs.end()}};
     if (writer_ != nullptr) {
-      if (const Status written = write(frame, blobs); !written) return written.error();
+      written_ = write(frame, blobs);
+      if (!written_) return written_.error();
     }
     const std::lock_guard lock(mutex_);
     if (pictures_.empty() || image.exposed_at > last_at_) {
@@ -49,6 +50,9 @@ class Collector {
     }
     return stop ? RunState::Finished : RunState::Continue;
   }
+
+  /// The failure to write the recording that ended the camera's run; call it after the run.
+  const Status& written() const { return written_; }
 
   bool is_ready() const { return is_ready_.load(std::memory_order_acquire); }
 
@@ -97,14 +101,15 @@ class Collector {
   std::vector<RecordedPicture> pictures_;
   Timestamp last_at_;
   BlobFrame seen_;
+  Status written_;
 };
 
+// Of a recording that cannot be read.
 int exit_code_for(ErrorCode code) {
   switch (code) {
-    case ErrorCode::NotFound: return kExitNoInput;
     case ErrorCode::InvalidArgument:
     case ErrorCode::Unsupported: return kExitData;
-    default: return kExitUnavailable;
+    default: return kExitNoInput;
   }
 }
 
@@ -135,7 +140,10 @@ class CameraRecorder {
     std::unique_ptr<BlobWriter> writer;
     if (!options_.record.empty()) {
       auto made = take::make_blob_writer(options_.record, gathered_.recording.cameras);
-      if (!made) return Failure{kExitUnavailable, made.error().message};
+      if (!made) {
+        const bool is_bad_name = made.error().code == ErrorCode::InvalidArgument;
+        return Failure{is_bad_name ? kExitUsage : kExitCannotWrite, made.error().message};
+      }
       writer = std::move(*made);
       if (writer->path() != options_.record) {
         log_warn("record",
@@ -158,8 +166,11 @@ class CameraRecorder {
     clear_progress();
     collect();
     if (writer) {
+      for (const auto& collector : collectors_) {
+        if (!collector->written()) return Failure{kExitCannotWrite, collector->written().error().message};
+      }
       if (const Status finished = writer->finish(); !finished)
-        return Failure{kExitUnavailable, finished.error().message};
+        return Failure{kExitCannotWrite, finished.error().message};
     }
     for (const CameraRun& run : runs) {
       if (!run.end) return failure_of_camera(run.end.error());
@@ -245,6 +256,12 @@ void add_recording_options(cli::App& command, RecordingOptions& options) {
                   "to the name")
       ->type_name("FILE.blobs")
       ->excludes(blobs);
+}
+
+Result<std::filesystem::path, Failure> configured_rig_file(const std::filesystem::path& config) {
+  const auto settings = settings::load_daemon_settings(config, settings::RigNeed::AsFound);
+  if (!settings) return Failure{kExitConfig, settings::to_text(settings.error())};
+  return settings->capture.rig_file;
 }
 
 Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, const RecordingObserver& observe) {

@@ -30,6 +30,9 @@ struct GatheredBlobs {
   std::filesystem::path rig_file;  ///< of the configuration; empty: none
 };
 
+/// The rig file of a configuration, `[capture] rig`; empty: none. Fails with kExitConfig.
+Result<std::filesystem::path, Failure> configured_rig_file(const std::filesystem::path& config);
+
 /// Called about ten times a second while cameras run: with all blobs so far, the new ones, and the elapsed time.
 /// Returning false ends the recording.
 using RecordingObserver =

@@ -12,8 +12,8 @@
 #include "base/list_folder.h"
 #include "base/time.h"
 #include "calibrate/lens_report.h"
+#include "calibrate/rig_output.h"
 #include "calibrate/run_cameras.h"
-#include "calibrate/terminal.h"
 #include "calibration/image_cells.h"
 #include "settings/rig/rig_file.h"
 #include "settings/rig/rig_lenses.h"
@@ -34,11 +34,12 @@ constexpr Duration kPrintEvery = std::chrono::seconds(5);
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-int exit_of_lens(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::InvalidArgument: return kExitData;
-    case ErrorCode::Unsupported: return kExitConfig;
-    default: return kExitUnavailable;
+// Of a camera that failed, or delivered images that cannot be used.
+Failure failure_of_run(const Error& error) {
+  switch (error.code) {
+    case ErrorCode::InvalidArgument: return {kExitData, error.message};
+    case ErrorCode::Unsupported: return {kExitConfig, error.message};
+    default: return {kExitUnavailable, error.message};
   }
 }
 
@@ -105,10 +106,6 @@ int LensCommand::run_lens() {
     print_message("lens needs --config (cameras) or --images (a folder)");
     return kExitUsage;
   }
-  if (config_.empty() && rig_.empty() && !dry_run_) {
-    print_message("--images needs --rig (the file to write the lenses to) or --dry-run");
-    return kExitUsage;
-  }
   board_.kind = kind_ == "charuco" ? calibration::BoardKind::Charuco : calibration::BoardKind::Chessboard;
   board_.square_m = 1e-3 * square_mm_;
   board_.marker_m = 1e-3 * (marker_mm_ > 0.0 ? marker_mm_ : kDefaultMarkerRatio * square_mm_);
@@ -117,12 +114,40 @@ int LensCommand::run_lens() {
     print_message("{}", finder.error().message);
     return kExitUsage;
   }
-  const auto seen = config_.empty() ? read_folders(*finder) : run_cameras_live(*finder);
+  const auto seen = see_boards(*finder);
   if (!seen) {
     print_message("{}", seen.error().message);
-    return exit_of_lens(seen.error().code);
+    return seen.error().exit;
   }
   return fit_and_write(*seen);
+}
+
+Result<std::vector<LensCommand::CameraViews>, Failure> LensCommand::see_boards(const calibration::BoardFinder& finder) {
+  if (config_.empty()) {
+    if (auto fault = fault_of_output()) return *std::move(fault);
+    return read_folders(finder);
+  }
+  auto settings = settings::load_daemon_settings(config_, settings::RigNeed::AsFound);
+  if (!settings) return Failure{kExitConfig, settings::to_text(settings.error())};
+  if (rig_.empty()) rig_ = settings->capture.rig_file;
+  if (auto fault = fault_of_output()) return *std::move(fault);
+  keep_selected(*settings);
+  if (settings->cameras.empty())
+    return Failure{kExitUsage, fmt::format("{} has no camera with a name of --camera", config_.string())};
+  return run_cameras_live(*settings, finder);
+}
+
+// Why the lenses could not be written: they would be lost after the boards were shown.
+std::optional<Failure> LensCommand::fault_of_output() const {
+  if (dry_run_) return std::nullopt;
+  if (rig_.empty()) {
+    return Failure{kExitUsage,
+                   fmt::format("set the rig file to write the lenses to with --rig FILE{}, or use --dry-run",
+                               config_.empty() ? "" : fmt::format(" or [capture] rig of '{}'", config_.string()))};
+  }
+  if (const Status writable = check_writable(rig_); !writable)
+    return Failure{kExitCannotWrite, writable.error().message};
+  return std::nullopt;
 }
 
 bool LensCommand::is_selected(const std::string& camera) const {
@@ -139,7 +164,8 @@ void LensCommand::keep_selected(settings::DaemonSettings& settings) const {
   }
 }
 
-Result<std::vector<LensCommand::CameraViews>> LensCommand::read_folders(const calibration::BoardFinder& finder) const {
+Result<std::vector<LensCommand::CameraViews>, Failure> LensCommand::read_folders(
+    const calibration::BoardFinder& finder) const {
   std::vector<std::string> names = cameras_;
   std::error_code failed;
   if (names.empty()) {
@@ -153,33 +179,22 @@ Result<std::vector<LensCommand::CameraViews>> LensCommand::read_folders(const ca
   std::vector<CameraViews> cameras;
   for (const std::string& name : names) {
     const auto files = images_of(images_, name);
-    if (!files) return files.error();
+    if (!files) return Failure{kExitNoInput, files.error().message};
     CameraViews& seen = cameras.emplace_back(CameraViews{name, LensViews(finder, most_views_)});
     for (const auto& file : *files) {
       const auto grey = read_grey(file);
       const Status added = grey ? seen.views.add(*grey) : Status(grey.error());
-      if (!added) {
-        return Error{added.error().code,
-                     fmt::format("camera '{}': {}: {}", name, file.string(), added.error().message)};
-      }
+      if (!added)
+        return Failure{kExitData, fmt::format("camera '{}': {}: {}", name, file.string(), added.error().message)};
     }
   }
   return cameras;
 }
 
-Result<std::vector<LensCommand::CameraViews>> LensCommand::run_cameras_live(const calibration::BoardFinder& finder) {
-  auto settings = settings::load_daemon_settings(config_, settings::RigNeed::AsFound);
-  if (!settings) {
-    fmt::print(stderr, "{}\n", settings::to_text(settings.error()));
-    return Error{ErrorCode::Unsupported, fmt::format("{}: no camera was run", config_.string())};
-  }
-  if (rig_.empty()) rig_ = settings->capture.rig_file;
-  keep_selected(*settings);
-  if (settings->cameras.empty()) {
-    return Error{ErrorCode::InvalidArgument, fmt::format("{} has no camera with a name of --camera", config_.string())};
-  }
+Result<std::vector<LensCommand::CameraViews>, Failure> LensCommand::run_cameras_live(
+    const settings::DaemonSettings& settings, const calibration::BoardFinder& finder) const {
   std::vector<CameraViews> cameras;
-  for (const auto& camera : settings->cameras) cameras.push_back({camera.name, LensViews(finder, most_views_)});
+  for (const auto& camera : settings.cameras) cameras.push_back({camera.name, LensViews(finder, most_views_)});
   std::vector<std::mutex> locks(cameras.size());  // views are added by camera threads and read by this thread
   std::vector<CameraRun> runs(cameras.size());
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -197,7 +212,7 @@ Result<std::vector<LensCommand::CameraViews>> LensCommand::run_cameras_live(cons
   const auto before = std::signal(SIGINT, [](int) { stop_requested = 1; });
   const bool terminal = isatty(STDERR_FILENO) != 0;
   Timestamp last_shown_at = host_now();
-  run_cameras(*settings, runs, [&] {
+  run_cameras(settings, runs, [&] {
     if (host_now() - last_shown_at < (terminal ? kShowEvery : kPrintEvery)) return stop_requested == 0;
     last_shown_at = host_now();
     std::string line;
@@ -213,7 +228,7 @@ Result<std::vector<LensCommand::CameraViews>> LensCommand::run_cameras_live(cons
   if (terminal) fmt::print(stderr, "\r\x1b[2K");
   for (const CameraRun& run : runs) {
     // After Ctrl-C, the views so far are used.
-    if (!run.end && stop_requested == 0) return run.end.error();
+    if (!run.end && stop_requested == 0) return failure_of_run(run.end.error());
   }
   return cameras;
 }
@@ -248,7 +263,7 @@ int LensCommand::fit_and_write(const std::vector<CameraViews>& cameras) {
   if (dry_run_) return kExitOk;
   if (const Status saved = settings::save_lenses(rig_, lenses); !saved) {
     print_message("{}", saved.error().message);
-    return saved.error().code == ErrorCode::Io ? kExitCannotWrite : exit_of_lens(saved.error().code);
+    return saved.error().code == ErrorCode::Io ? kExitCannotWrite : kExitData;
   }
   if (!json_) {
     fmt::print("{}: lenses of {} cameras written; calibrate their poses again (mocap-calibrate wand)\n", rig_.string(),

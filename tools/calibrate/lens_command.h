@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "calibrate/lens_views.h"
+#include "calibrate/terminal.h"
 #include "calibration/lens/fit_lens.h"
 #include "lib/cli/app.h"
 #include "settings/daemon_settings.h"
@@ -28,8 +29,11 @@ class LensCommand {
   };
 
   int run_lens();
-  Result<std::vector<CameraViews>> read_folders(const calibration::BoardFinder& finder) const;
-  Result<std::vector<CameraViews>> run_cameras_live(const calibration::BoardFinder& finder);
+  Result<std::vector<CameraViews>, Failure> see_boards(const calibration::BoardFinder& finder);
+  std::optional<Failure> fault_of_output() const;
+  Result<std::vector<CameraViews>, Failure> read_folders(const calibration::BoardFinder& finder) const;
+  Result<std::vector<CameraViews>, Failure> run_cameras_live(const settings::DaemonSettings& settings,
+                                                             const calibration::BoardFinder& finder) const;
   bool is_selected(const std::string& camera) const;
   void keep_selected(settings::DaemonSettings& settings) const;
   int fit_and_write(const std::vector<CameraViews>& cameras);

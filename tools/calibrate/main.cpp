@@ -30,8 +30,8 @@ constexpr const char* kExamples = R"(examples:
   mocap-calibrate export --format kalibr my.rig.toml camchain.yaml
 
 exit codes: 0 done, 64 wrong command line, 65 recording or images refused, or verify found a fault (no rig file is
-changed), 66 recording not found, 69 a camera is missing or busy, 70 a bug, 73 a file cannot be written, 78 wrong
-configuration)";
+changed), or wand cannot compare the new rig with --truth, 66 recording or images cannot be read, 69 a camera is missing
+or busy, 70 a bug, 73 a file cannot be written, 78 wrong configuration)";
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <ctime>
@@ -35,6 +36,18 @@ std::optional<std::string> refusal_to_replace(const std::filesystem::path& path,
 
 }  // namespace
 
+Status check_writable(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code ignored;
+  const bool is_folder = std::filesystem::is_directory(folder, ignored);
+  if (is_folder && access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  return Error{
+      ErrorCode::Io,
+      fmt::format("'{}' cannot be written: its folder '{}' {}, expected a writable folder; correct the path, or "
+                  "create the folder",
+                  path.string(), folder.string(), is_folder ? "is not writable" : "does not exist")};
+}
+
 int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* subcommand) {
   facts["solved_by"] = fmt::format("mocap-calibrate {}", subcommand);
   facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
@@ -49,7 +62,7 @@ int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMe
   const Status saved = before ? settings::save_rig(path, rig, facts) : Status(before.error());
   if (!saved) {
     print_message("{}", saved.error().message);
-    return kExitCannotWrite;
+    return saved.error().code == ErrorCode::InvalidArgument ? kExitData : kExitCannotWrite;
   }
   fmt::print("{}: written; mocapctl reload lets mocapd use it\n", path.string());
   if (!before->empty()) fmt::print("{}: the rig before\n", before->string());

@@ -1,8 +1,11 @@
 #include "calibrate/wand_command.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "calibrate/report_rig.h"
 #include "calibrate/rig_output.h"
@@ -151,9 +154,40 @@ Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wa
   return gathered;
 }
 
-// Writes the report to the terminal and to the files of --report.
-Status write_reports(const WandOptions& options, const WandSolution& solution, const PlacedRig& placed,
-                     const Rig& before) {
+// The first reason why the result could not be written or compared: it would be lost after the waving.
+std::optional<Failure> fault_of_files(const WandOptions& options) {
+  std::vector<std::filesystem::path> files = options.reports;
+  if (!options.dry_run) {
+    const auto out =
+        !options.out.empty() || options.take.config.empty() ? options.out : configured_rig_file(options.take.config);
+    if (!out) return out.error();
+    if (out->empty()) return Failure{kExitUsage, "set the rig file to write with --out FILE, or [capture] rig"};
+    files.push_back(*out);
+  }
+  for (const std::filesystem::path& file : files) {
+    if (const Status writable = check_writable(file); !writable)
+      return Failure{kExitCannotWrite, writable.error().message};
+  }
+  if (options.truth.empty()) return std::nullopt;
+  if (const auto truth = settings::load_rig(options.truth); !truth)
+    return Failure{kExitConfig, settings::to_text(truth.error())};
+  return std::nullopt;
+}
+
+// The errors against the rig of --truth; nothing without one.
+Result<std::optional<calibration::RigChange>, Failure> change_to_truth(const WandOptions& options, const Rig& rig) {
+  if (options.truth.empty()) return std::optional<calibration::RigChange>{};
+  const auto truth = settings::load_rig(options.truth);
+  if (!truth) return Failure{kExitConfig, settings::to_text(truth.error())};
+  auto change = calibration::compare_rigs(*truth, rig, calibration::RigAlignment::AllCameras);
+  if (!change)
+    return Failure{kExitData, fmt::format("--truth '{}': {}", options.truth.string(), change.error().message)};
+  return std::optional(*std::move(change));
+}
+
+// Reports to the terminal, writes the rig, and then the files of --report, so that a report that fails loses no rig.
+int report_and_write(const WandOptions& options, const std::filesystem::path& out, const WandSolution& solution,
+                     const PlacedRig& placed, const Rig& before) {
   const calibration::RigEvidence evidence = calibration::evidence_of(solution, calibration::measured_world(placed));
   const calibration::RigAssessment assessment = calibration::assess_rig(evidence);
   RigReport report{.title = "wand", .evidence = evidence, .assessment = assessment};
@@ -161,18 +195,26 @@ Status write_reports(const WandOptions& options, const WandSolution& solution, c
     const auto change = calibration::compare_rigs(before, placed.rig, calibration::RigAlignment::RobustToMoved);
     if (change) report.since_previous = *change;
   }
-  if (!options.truth.empty()) {
-    const auto truth = settings::load_rig(options.truth);
-    if (!truth) return Error{ErrorCode::InvalidArgument, settings::to_text(truth.error())};
-    const auto change = calibration::compare_rigs(*truth, placed.rig, calibration::RigAlignment::AllCameras);
-    if (!change) return change.error();
-    report.to_truth = *change;
-  }
+  const auto to_truth = change_to_truth(options, placed.rig);
+  if (to_truth) report.to_truth = *to_truth;
   fmt::print("{}", report_text(report));
-  for (const std::filesystem::path& path : options.reports) {
-    if (const Status written = write_report(path, report); !written) return written;
+  fmt::print("floor: {}\n",
+             placed.floor_is_guessed ? "provisional; measure it with mocap-calibrate floor" : "where it was");
+  int exit = kExitOk;
+  if (options.dry_run) {
+    fmt::print("{}: unchanged (--dry-run)\n", out.string());
+  } else {
+    exit = write_rig(out, placed.rig, calibration::facts_of(solution, placed), "wand");
   }
-  return {};
+  const auto fail = [&exit](const Failure& failure) {
+    print_message("{}", failure.message);
+    if (exit == kExitOk) exit = failure.exit;
+  };
+  if (!to_truth) fail(to_truth.error());
+  for (const std::filesystem::path& path : options.reports) {
+    if (const Status written = write_report(path, report); !written) fail({kExitCannotWrite, written.error().message});
+  }
+  return exit;
 }
 
 int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, const Wand& wand) {
@@ -182,7 +224,6 @@ int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, c
     return before.error().exit;
   }
   if (const auto kept = calibration::lenses_that_are_kept(*before); kept && options.fov_deg) print_message("{}", *kept);
-  const std::filesystem::path out = rig_to_write(options, gathered);
   calibration::WandSettings settings;
   settings.lens_known = is_lens_known(options, *before);
   settings.refine_lens = options.refine_lens;
@@ -204,17 +245,7 @@ int solve_and_write(const WandOptions& options, const GatheredBlobs& gathered, c
   }
   const PlacedRig placed =
       calibration::place_in_world(*solution, {*before, settings::floor_is_guessed(lens_file(options, gathered))});
-  if (const Status reported = write_reports(options, *solution, placed, *before); !reported) {
-    print_message("{}", reported.error().message);
-    return kExitCannotWrite;
-  }
-  fmt::print("floor: {}\n",
-             placed.floor_is_guessed ? "provisional; measure it with mocap-calibrate floor" : "where it was");
-  if (options.dry_run) {
-    fmt::print("{}: unchanged (--dry-run)\n", out.string());
-    return kExitOk;
-  }
-  return write_rig(out, placed.rig, calibration::facts_of(*solution, placed), "wand");
+  return report_and_write(options, rig_to_write(options, gathered), *solution, placed, *before);
 }
 
 }  // namespace
@@ -260,9 +291,9 @@ int run_wand(const WandOptions& options) {
     print_message("{}", wand.error().message);
     return kExitUsage;
   }
-  if (options.out.empty() && options.take.config.empty() && !options.dry_run) {
-    print_message("set the rig file to write with --out FILE");
-    return kExitUsage;
+  if (const auto fault = fault_of_files(options)) {
+    print_message("{}", fault->message);
+    return fault->exit;
   }
   catch_signals();
   if (options.take.blobs.empty())
