@@ -117,6 +117,40 @@ TEST_F(FoxgloveDialogueTest, SendsASubscribedChannelWithIdAndTime) {
   EXPECT_EQ(scene.entities_size(), 1);
 }
 
+TEST_F(FoxgloveDialogueTest, GivesThePosesOfCamerasTheTimeOfThisMachine) {
+  subscribe(1, "/tf/cameras");
+  v1::Health health;  // of a daemon on another machine, which started at another time
+  health.set_utc_minus_host_ns(1);
+  hub_.take({{"health", health.SerializeAsString()}}, kStart);
+  describe({"north"});
+
+  const auto messages = binaries();
+
+  ASSERT_EQ(messages.size(), 1U);
+  foxglove::FrameTransforms cameras;
+  ASSERT_TRUE(cameras.ParseFromString(messages[0].substr(13)));
+  const std::int64_t utc_s = to_ns(host_now() + utc_minus_host()) / 1'000'000'000;
+  EXPECT_NEAR(static_cast<double>(cameras.transforms(0).timestamp().seconds()), static_cast<double>(utc_s), 600.0);
+}
+
+TEST_F(FoxgloveDialogueTest, SendsNoImageBeforeItKnowsTheTimeOfTheDaemon) {
+  subscribe(1, "/preview/north");
+  v1::Preview preview;
+  preview.set_exposed_at_ns(5);
+  hub_.take({{"preview/north", preview.SerializeAsString()}}, kStart);
+  EXPECT_THAT(binaries(), ElementsAre());
+
+  v1::Health health;
+  health.set_utc_minus_host_ns(3'000'000'000);
+  hub_.take({{"health", health.SerializeAsString()}, {"preview/north", preview.SerializeAsString()}}, kStart);
+
+  const auto messages = binaries();
+  ASSERT_EQ(messages.size(), 1U);
+  foxglove::CompressedImage image;
+  ASSERT_TRUE(image.ParseFromString(messages[0].substr(13)));
+  EXPECT_EQ(image.timestamp().seconds(), 3);
+}
+
 TEST_F(FoxgloveDialogueTest, WantsOnlyTheTopicsOfItsSubscriptions) {
   EXPECT_FALSE(hub_.topics().contains("snapshot"));
   subscribe(1, "/preview/north");

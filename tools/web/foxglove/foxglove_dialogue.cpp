@@ -155,15 +155,15 @@ std::optional<std::string> FoxgloveDialogue::encoded(std::uint32_t subscription,
   const Channel& channel = *channels_.find(subscriptions_.at(subscription));
   const v1::Description* description = hub_.description();
   if (description == nullptr) return std::nullopt;
-  const std::int64_t utc_minus_host_ns = hub_.health() == nullptr ? 0 : hub_.health()->utc_minus_host_ns();
   if (channel.content == ChannelContent::Image) {
     const auto preview = parsed<v1::Preview>(payload);
-    if (!preview) return std::nullopt;
+    if (!preview || hub_.health() == nullptr) return std::nullopt;  // without health its time in UTC is unknown
+    const std::int64_t utc_minus_host_ns = hub_.health()->utc_minus_host_ns();
     return message_data(subscription, preview->exposed_at_ns() + utc_minus_host_ns,
                         image_of(*preview, channel.camera, utc_minus_host_ns));
   }
   if (channel.content == ChannelContent::Cameras) {
-    const std::int64_t now_ns = to_ns(host_now()) + utc_minus_host_ns;
+    const std::int64_t now_ns = to_ns(host_now() + utc_minus_host());  // the daemon may be on another machine
     return message_data(subscription, now_ns, cameras_of(*description, now_ns));
   }
   const auto snapshot = parsed<v1::Snapshot>(payload);
