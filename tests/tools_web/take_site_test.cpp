@@ -71,6 +71,10 @@ TEST(TakeSite, TakesTheFolderOfTheReportedTake) {
   site.note_take("relative/walk.mcap");
   EXPECT_EQ(site.folder(), "");
   site.note_take((folder.path() / "walk.mcap").string());
+  EXPECT_EQ(site.folder(), "") << "the take is on another machine, where a folder has the same path";
+
+  folder.write("walk.mcap", "");
+  site.note_take((folder.path() / "walk.mcap").string());
 
   EXPECT_EQ(ask(site, "/api/v1/takes").status, 200);
   EXPECT_EQ(site.folder(), folder.path());

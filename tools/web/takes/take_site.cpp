@@ -109,7 +109,10 @@ TakeSite::TakeSite(fs::path folder, RunHere run_here)
                run_here_) {}
 
 void TakeSite::note_take(const std::string& path) {
-  if (!folder_given_ && fs::path(path).is_absolute()) folder_ = fs::path(path).parent_path();
+  // On another machine than the daemon's, the folder may exist with the takes of this machine.
+  const fs::path take(path);
+  std::error_code error;
+  if (!folder_given_ && take.is_absolute() && fs::is_regular_file(take, error)) folder_ = take.parent_path();
 }
 
 bool TakeSite::is_about_takes(std::string_view path) {

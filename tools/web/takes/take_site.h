@@ -25,10 +25,11 @@ class TakeSite {
   using RunHere = std::function<void(std::function<void()>)>;
   using Done = std::function<void(HttpReply)>;
 
-  /// `folder`: of the takes; empty: that of the take which the daemon reports.
+  /// `folder`: of the takes; empty: that of the take which the daemon reports, if this take is on this machine.
   TakeSite(std::filesystem::path folder, RunHere run_here);
 
-  /// The path of the newest take that the daemon reports; it names the folder if none was given.
+  /// The path of the newest take that the daemon reports; it names the folder if none was given, and if the file exists
+  /// here.
   void note_take(const std::string& path);
   /// Empty: unknown.
   const std::filesystem::path& folder() const { return folder_; }
