@@ -87,7 +87,8 @@ TEST(TakeSite, KnowsWhatChangesATake) {
     EXPECT_TRUE(is_change_of_take(request)) << path;
     EXPECT_TRUE(TakeSite::is_about_takes(path));
   }
-  for (const char* path : {"/api/v1/takes", "/api/v1/takes/walk", "/takes/walk.mcap", "/api/v1/takes/walk/export"}) {
+  for (const char* path : {"/api/v1/takes", "/api/v1/takes/walk", "/takes/walk.mcap", "/api/v1/takes/walk/export",
+                           "/api/v1/takes/edit", "/api/v1/takes/rename", "/api/v1/takes/delete"}) {
     request.path = path;
     EXPECT_FALSE(is_change_of_take(request)) << path;
     EXPECT_TRUE(TakeSite::is_about_takes(path));

@@ -121,7 +121,10 @@ bool TakeSite::is_about_takes(std::string_view path) {
 }
 
 bool is_change_of_take(const HttpRequest& request) {
-  return is_take_change(request.path.substr(request.path.rfind('/') + 1)) && request.path.starts_with(kTakesApi);
+  const std::string_view path = request.path;
+  if (!path.starts_with(kTakesApi)) return false;
+  const std::size_t verb = path.find('/', kTakesApi.size() + 1);  // "/NAME/VERB": a name may be a verb, too
+  return verb != std::string_view::npos && is_take_change(path.substr(verb + 1));
 }
 
 void TakeSite::reply_from(Worker& worker, std::function<HttpReply()> make, Done done) {
