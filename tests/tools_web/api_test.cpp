@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "model/control.h"
 #include "web/openapi.h"
 
 namespace mocap::web {
@@ -53,6 +55,22 @@ TEST(Api, LetsAViewerListTheMasks) {
   for (const char* changing : {R"({"action":"ACTION_DRAW"})", R"({"action":"ACTION_FORGET"})", "{}"}) {
     EXPECT_TRUE(is_change(mask, *request_of(mask, changing))) << changing;
   }
+}
+
+TEST(Api, GivesCamerasTheTimeToDeliverTheImagesOfAMask) {
+  const Method &mask = *find_method("mask"), &take = *find_method("take"), &status = *find_method("status");
+  const auto learn = request_of(mask, R"({"action":"ACTION_LEARN","images":300})");
+  const auto learn_at_all = request_of(mask, "{}");
+  const auto draw = request_of(mask, R"({"action":"ACTION_DRAW"})");
+
+  EXPECT_TRUE(is_learning(*learn));
+  EXPECT_TRUE(is_learning(*learn_at_all));
+  EXPECT_FALSE(is_learning(*draw));
+  EXPECT_FALSE(is_learning(*request_of(take, "{}")));
+  EXPECT_GT(patience_of(mask, *learn), longest_learning(300));
+  EXPECT_GT(patience_of(mask, *learn_at_all), longest_learning(kDefaultMaskImages));
+  EXPECT_LT(patience_of(mask, *draw), std::chrono::minutes(1));
+  EXPECT_LT(patience_of(status, *request_of(status, "{}")), patience_of(take, *request_of(take, "{}")));
 }
 
 TEST(Api, LetsAViewerListTheShots) {

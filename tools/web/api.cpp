@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+
+#include "model/control.h"
 
 namespace mocap::web {
 namespace {
@@ -15,6 +18,10 @@ using google::protobuf::util::JsonPrintOptions;
 
 // The requests that the role viewer may send; see control.proto.
 constexpr std::array<std::string_view, 3> kReads = {"status", "description", "snapshot"};
+
+constexpr Duration kReadPatience = std::chrono::seconds(5);
+constexpr Duration kChangePatience = std::chrono::seconds(35);  // a take ends when the disk has all of it
+constexpr Duration kLearningMargin = std::chrono::seconds(10);  // beside the cameras: masks are detected and saved
 
 const google::protobuf::OneofDescriptor& requests() { return *v1::Request::descriptor()->FindOneofByName("what"); }
 
@@ -65,6 +72,17 @@ bool is_change(const Method& method, const v1::Request& request) {
   return method.changes && request.shots().action() != v1::ShotsRequest::ACTION_LIST &&
          request.mask().action() != v1::MaskRequest::ACTION_LIST &&
          calibration != v1::CalibrationRequest::ACTION_STATUS && calibration != v1::CalibrationRequest::ACTION_LIST;
+}
+
+bool is_learning(const v1::Request& request) {
+  const v1::MaskRequest::Action action = request.mask().action();
+  return request.has_mask() &&
+         (action == v1::MaskRequest::ACTION_LEARN || action == v1::MaskRequest::ACTION_UNSPECIFIED);
+}
+
+Duration patience_of(const Method& method, const v1::Request& request) {
+  if (is_learning(request)) return longest_learning(request.mask().images()) + kLearningMargin;
+  return is_change(method, request) ? kChangePatience : kReadPatience;
 }
 
 std::string params_of(const v1::Request& request) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/time.h"
 #include "mocap/v1/control.pb.h"
 #include "wire/role.h"
 
@@ -30,6 +31,12 @@ Result<v1::Request> request_of(const Method& method, const std::string& params_j
 /// Whether the request needs the role operator: all of a method that changes, but for a list of the
 /// shots, and for status and list of the calibration.
 bool is_change(const Method& method, const v1::Request& request);
+
+/// Whether the request is answered only when cameras have delivered images, which takes up to 70 s and more.
+bool is_learning(const v1::Request& request);
+
+/// How long the daemon may take for its answer.
+Duration patience_of(const Method& method, const v1::Request& request);
 
 /// The parameters of a request as one line of JSON, for the audit log.
 std::string params_of(const v1::Request& request);

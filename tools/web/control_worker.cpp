@@ -4,19 +4,16 @@
 
 namespace mocap::web {
 
-Result<std::unique_ptr<ControlWorker>> ControlWorker::open(const wire::ControlClient::Settings& settings,
-                                                           Duration patience) {
+Result<std::unique_ptr<ControlWorker>> ControlWorker::open(const wire::ControlClient::Settings& settings) {
   auto client = wire::ControlClient::open(settings);
   if (!client) return client.error();
-  return std::unique_ptr<ControlWorker>(new ControlWorker(*std::move(client), patience));
+  return std::unique_ptr<ControlWorker>(new ControlWorker(*std::move(client)));
 }
 
-ControlWorker::ControlWorker(std::unique_ptr<wire::ControlClient> client, Duration patience)
-    : client_(std::move(client)), patience_(patience) {}
-
-bool ControlWorker::ask(std::string request, Done done) {
-  return worker_.run(
-      [this, request = std::move(request), done = std::move(done)] { done(client_->ask(request, patience_)); });
+bool ControlWorker::ask(std::string request, Duration patience, Done done) {
+  return worker_.run([this, request = std::move(request), patience, done = std::move(done)] {
+    done(client_->ask(request, patience));
+  });
 }
 
 }  // namespace mocap::web

@@ -3,8 +3,10 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "base/result.h"
+#include "base/time.h"
 #include "web/worker.h"
 #include "wire/zmq_control.h"
 
@@ -17,24 +19,23 @@ class ControlWorker {
   using Done = std::function<void(Result<std::string> answer)>;
 
   /// Fails with InvalidArgument if the endpoint or a key is malformed.
-  static Result<std::unique_ptr<ControlWorker>> open(const wire::ControlClient::Settings& settings, Duration patience);
+  static Result<std::unique_ptr<ControlWorker>> open(const wire::ControlClient::Settings& settings);
   /// Requests that wait get no answer.
   ~ControlWorker() = default;
   ControlWorker(const ControlWorker&) = delete;
   ControlWorker& operator=(const ControlWorker&) = delete;
 
-  /// Queues a serialised v1::Request. The worker's thread calls `done`. Returns false, and calls nothing, if 16
-  /// requests wait.
-  bool ask(std::string request, Done done);
+  /// Queues a serialised v1::Request; the daemon has `patience` to answer, once it was sent. The worker's thread calls
+  /// `done`. Returns false, and calls nothing, if 16 requests wait.
+  bool ask(std::string request, Duration patience, Done done);
   /// Whether a request waits for its answer: the destructor would wait too.
   bool is_busy() const { return worker_.is_busy(); }
 
  private:
-  ControlWorker(std::unique_ptr<wire::ControlClient> client, Duration patience);
+  explicit ControlWorker(std::unique_ptr<wire::ControlClient> client) : client_(std::move(client)) {}
 
   std::unique_ptr<wire::ControlClient> client_;  // of the worker's thread
-  Duration patience_;
-  Worker worker_;  // last: stops before the rest is destroyed
+  Worker worker_;                                // last: stops before the rest is destroyed
 };
 
 }  // namespace mocap::web

@@ -179,11 +179,12 @@ void Site::execute(const Method& method, const std::string& params, const Visito
     }
     done(answered ? http_status_of(answer.code()) : 503, answer);
   };
-  ControlWorker& worker = changes ? parts_.changes : parts_.reads;
-  const bool queued =
-      worker.ask(request->SerializeAsString(), [run_here = parts_.run_here, finish](Result<std::string> came) {
-        run_here([finish, came = std::move(came)] { finish(came); });
-      });
+  const Duration patience = patience_of(method, *request);
+  ControlWorker& worker = is_learning(*request) ? parts_.learning : changes ? parts_.changes : parts_.reads;
+  const bool queued = worker.ask(request->SerializeAsString(), patience,
+                                 [run_here = parts_.run_here, finish](Result<std::string> came) {
+                                   run_here([finish, came = std::move(came)] { finish(came); });
+                                 });
   if (!queued) done(503, refused(v1::CODE_FAILED, "too many requests wait for the daemon; try again"));
 }
 

@@ -34,8 +34,9 @@ class Site {
  public:
   struct Parts {
     Hub& hub;
-    ControlWorker& reads;    ///< requests that change nothing
-    ControlWorker& changes;  ///< requests that may take long
+    ControlWorker& reads;     ///< requests that change nothing
+    ControlWorker& changes;   ///< requests that may take long
+    ControlWorker& learning;  ///< requests that wait for images of the cameras, so that no other change waits for them
     TakeSite& takes;
     PreflightSite& preflight;
     Worker& imports;  ///< of C3D files

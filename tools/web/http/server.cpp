@@ -19,8 +19,6 @@
 namespace mocap::web {
 namespace {
 
-constexpr Duration kReadPatience = std::chrono::seconds(5);
-constexpr Duration kChangePatience = std::chrono::seconds(35);  // a take ends when the disk has all of it
 constexpr Duration kTick = std::chrono::milliseconds(200);
 constexpr Duration kStatePeriod = std::chrono::seconds(1);
 
@@ -61,6 +59,7 @@ struct Server::Impl {
   asio::signal_set signals{loop, SIGINT, SIGTERM};
   std::unique_ptr<ControlWorker> reads;
   std::unique_ptr<ControlWorker> changes;
+  std::unique_ptr<ControlWorker> learning;
   std::unique_ptr<PreflightSite> preflight;
   std::unique_ptr<TakeSite> takes;
   std::unique_ptr<Worker> imports;
@@ -84,12 +83,11 @@ struct Server::Impl {
 Status Server::Impl::open_feed() {
   const wire::ControlClient::Settings control{
       settings.control.empty() ? wire::control_beside(settings.feed) : settings.control, settings.keys};
-  auto reader = ControlWorker::open(control, kReadPatience);
-  if (!reader) return reader.error();
-  reads = *std::move(reader);
-  auto changer = ControlWorker::open(control, kChangePatience);
-  if (!changer) return changer.error();
-  changes = *std::move(changer);
+  for (auto* worker : {&reads, &changes, &learning}) {
+    auto opened = ControlWorker::open(control);
+    if (!opened) return opened.error();
+    *worker = *std::move(opened);
+  }
   auto checker = PreflightSite::open(control, run_here());
   if (!checker) return checker.error();
   preflight = *std::move(checker);
@@ -202,8 +200,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings) {
   if (Status opened = impl->open_port(); !opened) return opened.error();
   if (Status opened = impl->open_feed(); !opened) return opened.error();
   Impl& parts = *impl;
-  parts.site.emplace(settings.access, Site::Parts{parts.hub, *parts.reads, *parts.changes, *parts.takes,
-                                                  *parts.preflight, *parts.imports, parts.run_here()});
+  parts.site.emplace(settings.access, Site::Parts{parts.hub, *parts.reads, *parts.changes, *parts.learning,
+                                                  *parts.takes, *parts.preflight, *parts.imports, parts.run_here()});
   parts.shared.emplace(
       Shared{*parts.site, parts.hub, from_s(settings.timeout_s), [&parts] { parts.feed->want(parts.hub.topics()); }});
   return std::unique_ptr<Server>(new Server(std::move(impl)));
@@ -217,8 +215,8 @@ std::string Server::address() const {
 }
 
 bool Server::waits() const {
-  return impl_->reads->is_busy() || impl_->changes->is_busy() || impl_->preflight->is_busy() ||
-         impl_->takes->is_busy() || impl_->imports->is_busy();
+  return impl_->reads->is_busy() || impl_->changes->is_busy() || impl_->learning->is_busy() ||
+         impl_->preflight->is_busy() || impl_->takes->is_busy() || impl_->imports->is_busy();
 }
 
 void Server::run() {

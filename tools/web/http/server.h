@@ -40,7 +40,8 @@ class Server {
   /// Serves until SIGINT or SIGTERM.
   void run();
 
-  /// Whether the daemon or a disk has not answered a request yet: the destructor would wait for it, up to 35 s.
+  /// Whether the daemon or a disk has not answered a request yet: the destructor would wait for it, as
+  /// long as `patience_of` says.
   bool waits() const;
 
  private:

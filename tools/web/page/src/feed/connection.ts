@@ -8,8 +8,8 @@ const kLongestRetry_ms = 4000;
 // The server sends its state once a second.
 const kSilent_ms = 5000;
 const kCatchUp_ms = 1000;
-// The longest order of the daemon, a mask of 100 images, takes some seconds.
-const kAnswer_ms = 30000;
+// The server gives the daemon 35 s for each order but the learning of masks (tools/web/api.cpp), and then says that no answer came.
+const kAnswer_ms = 40000;
 
 export class RequestError extends Error {
   constructor(readonly code: string, message: string) {
@@ -67,7 +67,7 @@ export class Connection {
   }
 
   /** Rejects with a RequestError. */
-  request(method: string, params: unknown): Promise<unknown> {
+  request(method: string, params: unknown, patience_ms = kAnswer_ms): Promise<unknown> {
     if (this.socket?.readyState !== WebSocket.OPEN) {
       return Promise.reject(new RequestError("disconnected", "there is no connection to the server; nothing was sent"));
     }
@@ -75,8 +75,8 @@ export class Connection {
     return new Promise((resolve, reject) => {
       const timer = window.setTimeout(() => {
         this.waiting.delete(id);
-        reject(new RequestError("timeout", `no answer within ${kAnswer_ms / 1000} s; the request may still be executed`));
-      }, kAnswer_ms);
+        reject(new RequestError("timeout", `no answer within ${patience_ms / 1000} s; the request may still be executed`));
+      }, patience_ms);
       this.waiting.set(id, { resolve, reject, timer });
       this.send({ request: { id, method, params } });
     });

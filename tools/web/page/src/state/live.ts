@@ -179,7 +179,7 @@ export function onTopic(topic: string, listen: (payload: Uint8Array) => void): (
 }
 
 /** Sends a request of the control protocol; rejects with a RequestError. */
-export const request = (method: string, params: unknown): Promise<unknown> => connection.request(method, params);
+export const request = (method: string, params: unknown, patience_ms?: number): Promise<unknown> => connection.request(method, params, patience_ms);
 
 /** Starts the connection and the page's clock. Called once. */
 export function startLive(): void {

@@ -6,6 +6,9 @@ import { type Masks, type Polygon, readMasks, writePolygons } from "../model/mas
 import { request } from "./live";
 import { type Outcome, order } from "./orders";
 
+// mocap-web waits 80 s for the daemon, which gives the cameras 70 s for 100 images (longest_learning of daemon/model/control.h).
+const kLearning_ms = 85000;
+
 /** Null: there is no such camera, or the daemon is older than drawn masks. Rejects with a RequestError. */
 export async function listMasks(camera: string): Promise<Masks | null> {
   const answer = await request("mask", { action: "ACTION_LIST", camera });
@@ -16,4 +19,4 @@ export async function listMasks(camera: string): Promise<Masks | null> {
 export const drawMasks = (camera: string, polygons: Polygon[]): Promise<Outcome> => order("mask", { action: "ACTION_DRAW", camera, polygons: writePolygons(polygons) });
 export const undoMasks = (camera: string): Promise<Outcome> => order("mask", { action: "ACTION_UNDO", camera });
 export const forgetMasks = (camera: string): Promise<Outcome> => order("mask", { action: "ACTION_FORGET", camera });
-export const learnMasks = (camera: string): Promise<Outcome> => order("mask", { action: "ACTION_LEARN", camera });
+export const learnMasks = (camera: string): Promise<Outcome> => order("mask", { action: "ACTION_LEARN", camera }, kLearning_ms);

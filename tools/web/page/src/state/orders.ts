@@ -14,9 +14,9 @@ export interface Outcome {
 }
 
 /** Never rejects. */
-export async function order(method: string, params: Record<string, unknown>): Promise<Outcome> {
+export async function order(method: string, params: Record<string, unknown>, patience_ms?: number): Promise<Outcome> {
   try {
-    const result = await request(method, params);
+    const result = await request(method, params, patience_ms);
     const message = (result as { message?: unknown } | null)?.message;
     return { good: true, message: typeof message === "string" ? message : "" };
   } catch (error) {
