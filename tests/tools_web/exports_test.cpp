@@ -4,6 +4,7 @@
 
 #include <future>
 #include <mutex>
+#include <thread>
 
 #include "support/temporary_folder.h"
 
@@ -76,6 +77,30 @@ TEST(Exports, ReturnsAFaultOnceAndThenTriesAgain) {
 
   EXPECT_EQ(exports.wish("a", {})->fault, "the take is empty");
   EXPECT_NE(exports.wish("a", {}), job);
+}
+
+TEST(Exports, EndsTheExportThatRunsAndBeginsNoOther) {
+  std::promise<void> begun;
+  int left_files = 0, runs = 0;
+  Exports exports(
+      [&](const ExportWish&, std::atomic<double>&,
+          const std::atomic<bool>& stopped) -> Result<std::shared_ptr<OpenFile>> {
+        ++runs;
+        ++left_files;
+        begun.set_value();
+        while (!stopped) std::this_thread::yield();
+        --left_files;
+        return Error{ErrorCode::Io, "stopped"};
+      },
+      [](const std::function<void()>&) {});
+  ASSERT_NE(exports.wish("a", {}), nullptr);
+  ASSERT_NE(exports.wish("b", {}), nullptr);
+  ASSERT_EQ(begun.get_future().wait_for(kLong), std::future_status::ready);
+
+  exports.stop();
+
+  EXPECT_EQ(left_files, 0);
+  EXPECT_EQ(runs, 1);
 }
 
 TEST(Exports, BoundsWhatWaits) {

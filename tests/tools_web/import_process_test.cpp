@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include <atomic>
 #include "support/temporary_folder.h"
 
 namespace mocap::web {
@@ -15,11 +16,12 @@ using namespace std::chrono_literals;
 
 // A script in the place of mocapctl: $3 is the file, $4 the name, $5 the folder.
 Result<ImportedSubject> import_with(const std::string& script, bool at_rest = false,
-                                    std::chrono::nanoseconds patience = 60s) {
+                                    std::chrono::nanoseconds patience = 60s, bool stopped = false) {
   const support::TemporaryFolder folder;
   const auto path = folder.write("mocapctl", "#!/bin/sh\nout=${5#--out=}; mkdir $out\n" + script);
   std::filesystem::permissions(path, std::filesystem::perms::owner_all);
-  return run_import(path, {"anna", at_rest, "bytes"}, patience);
+  const std::atomic<bool> stop = stopped;
+  return run_import(path, {"anna", at_rest, "bytes"}, patience, stop);
 }
 
 TEST(ImportProcess, BringsReportWarningsAndMarkerSet) {
@@ -65,7 +67,7 @@ TEST(ImportProcess, EndsACommandThatTakesTooLong) {
 }
 
 TEST(ImportProcess, FailsWithoutTheCommand) {
-  const auto imported = run_import("/nowhere/mocapctl", {"anna", false, "x"}, 60s);
+  const auto imported = run_import("/nowhere/mocapctl", {"anna", false, "x"}, 60s, false);
   EXPECT_THAT(imported.error().message, HasSubstr("/nowhere/mocapctl cannot be started"));
 }
 

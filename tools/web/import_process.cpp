@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cerrno>
+#include <atomic>
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -54,12 +55,13 @@ Result<pid_t> start_import(const std::vector<std::string>& command, const fs::pa
   return Error{ErrorCode::Io, fmt::format("{} cannot be started: {}", command[0], std::strerror(failed))};
 }
 
-// Returns the status of the process as waitpid() has it; kills the process after `patience`.
-int wait_for(pid_t id, Duration patience) {
+// Returns the status of the process as waitpid() has it; kills the process after `patience`, and once `stopped` is
+// true.
+int wait_for(pid_t id, Duration patience, const std::atomic<bool>& stopped) {
   const Timestamp begun = host_now();
   int status = 0;
   while (::waitpid(id, &status, WNOHANG) == 0) {
-    if (host_now() - begun > patience) ::kill(id, SIGKILL);
+    if (stopped || host_now() - begun > patience) ::kill(id, SIGKILL);
     std::this_thread::sleep_for(kWaitPeriod);
   }
   return status;
@@ -102,7 +104,8 @@ Error failure_of(int status, const std::vector<std::string>& sentences, Duration
 
 }  // namespace
 
-Result<ImportedSubject> run_import(const fs::path& mocapctl, const ImportWish& wish, Duration patience) {
+Result<ImportedSubject> run_import(const fs::path& mocapctl, const ImportWish& wish, Duration patience,
+                                   const std::atomic<bool>& stopped) {
   MOCAP_EXPECTS(is_file_name(wish.name));
   const WorkFolder folder;
   const fs::path upload = folder.path() / "upload.c3d", out = folder.path() / "out";
@@ -122,7 +125,7 @@ Result<ImportedSubject> run_import(const fs::path& mocapctl, const ImportWish& w
   if (wish.at_rest) command.emplace_back("--static");
   const Result<pid_t> process = start_import(command, folder.path());
   if (!process) return process.error();
-  const int status = wait_for(*process, patience);
+  const int status = wait_for(*process, patience, stopped);
   ImportedSubject imported;
   imported.warnings = sentences_in(read_text(folder.path() / "words"), folder.path());
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failure_of(status, imported.warnings, patience);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <string>
@@ -24,8 +25,8 @@ struct ImportedSubject {
 
 /// Runs `mocapctl subject import` as a process of its own, so that the memory and the faults of reading a file from
 /// outside stay out of this program (decisions/0003). Fails with InvalidArgument and the sentence of the command, and
-/// with Io if the command cannot run or takes longer than `patience`.
+/// with Io if the command cannot run, takes longer than `patience`, or was ended because `stopped` became true.
 Result<ImportedSubject> run_import(const std::filesystem::path& mocapctl, const ImportWish& wish,
-                                   std::chrono::nanoseconds patience);
+                                   std::chrono::nanoseconds patience, const std::atomic<bool>& stopped);
 
 }  // namespace mocap::web

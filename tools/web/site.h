@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -67,6 +68,9 @@ class Site {
   /// {"state":...} for a page of this visitor.
   std::string state_text(const Visitor& visitor, Timestamp now) const;
 
+  /// Ends the import that runs, and waits until it has left no file. Those that wait do not begin.
+  void stop_imports();
+
   WebCounts& counts() { return counts_; }
   void note_refused(const std::string& reason) { ++counts_.refused[reason]; }
 
@@ -94,6 +98,7 @@ class Site {
   Parts parts_;
   WebCounts counts_;
   std::shared_ptr<int> uploads_ = std::make_shared<int>(0);  ///< under way
+  std::atomic<bool> imports_stopped_ = false;
   std::uint64_t next_id_ = 1;
 };
 

@@ -44,6 +44,11 @@ Result<std::shared_ptr<void>, HttpReply> Site::admit_upload(const HttpRequest& r
   return std::shared_ptr<void>(nullptr, [uploads = uploads_](void*) { --*uploads; });
 }
 
+void Site::stop_imports() {
+  imports_stopped_ = true;
+  parts_.imports.stop();
+}
+
 void Site::answer_import(const HttpRequest& request, const Visitor& visitor, std::function<void(HttpReply)> done) {
   if (request.method != "POST") {
     HttpReply reply = import_reply(405, "CODE_INVALID", "subjects/import: expected POST");
@@ -67,7 +72,7 @@ void Site::answer_import(const HttpRequest& request, const Visitor& visitor, std
   if (request.body.empty()) return done(import_reply(400, "CODE_INVALID", "the file is empty, expected a C3D file"));
   ImportWish wish{name, query->contains("static") && query->at("static") == "true", request.body};
   const bool queued = parts_.imports.run([this, wish = std::move(wish), visitor, remote = request.remote, done] {
-    Result<ImportedSubject> imported = run_import(mocapctl_here(), wish, kImportPatience);
+    Result<ImportedSubject> imported = run_import(mocapctl_here(), wish, kImportPatience, imports_stopped_);
     parts_.run_here([this, imported = std::move(imported), name = wish.name, visitor, remote, done] {
       add_imported(imported, name, visitor, remote, done);
     });

@@ -13,6 +13,11 @@ Worker::Worker() : thread_([this](const std::stop_token& stop) { work_until(stop
 
 Worker::~Worker() = default;
 
+void Worker::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
 bool Worker::run(std::function<void()> work) {
   const std::lock_guard lock(mutex_);
   if (waiting_.size() == kMaxWorkWaiting) return false;

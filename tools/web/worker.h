@@ -13,13 +13,15 @@ namespace mocap::web {
 class Worker {
  public:
   Worker();
-  /// Functions that wait are not executed; the one that is executed ends first.
+  /// As stop().
   ~Worker();
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
   /// Queues a function. Returns false if 16 wait.
   bool run(std::function<void()> work);
+  /// Functions that wait are not executed; the one that is executed ends first.
+  void stop();
   /// Whether a function is executed: the destructor would wait for it.
   bool is_busy() const { return busy_; }
 

@@ -223,6 +223,8 @@ void Server::run() {
   impl_->signals.async_wait([this](error_code, int) { impl_->loop.stop(); });
   impl_->tick();
   impl_->loop.run();
+  impl_->takes->stop_exports();
+  impl_->site->stop_imports();
 }
 
 }  // namespace mocap::web

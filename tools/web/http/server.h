@@ -37,7 +37,7 @@ class Server {
   /// The address of the page: "http://127.0.0.1:5580".
   std::string address() const;
 
-  /// Serves until SIGINT or SIGTERM.
+  /// Serves until SIGINT or SIGTERM; ends exports and imports then, which leave no file.
   void run();
 
   /// Whether the daemon or a disk has not answered a request yet: the destructor would wait for it, as

@@ -37,13 +37,19 @@ class Exports {
                                                                  const std::atomic<bool>& stopped)>;
 
   Exports(Runner runner, RunHere run_here) : runner_(std::move(runner)), run_here_(std::move(run_here)) {}
-  ~Exports() { stopped_ = true; }
+  ~Exports() { stop(); }
   Exports(const Exports&) = delete;
   Exports& operator=(const Exports&) = delete;
 
   /// The export that was wished before with the same `key`, or a new one. Null: too many wait. A failed export is
   /// returned once; the next wish tries again.
   std::shared_ptr<ExportJob> wish(const std::string& key, const ExportWish& wish);
+
+  /// Ends the export that runs, and waits for its runner. Those that wait do not begin.
+  void stop() {
+    stopped_ = true;
+    worker_.stop();
+  }
 
  private:
   std::shared_ptr<ExportJob> find(const std::string& key);

@@ -41,6 +41,9 @@ class TakeSite {
 
   bool is_busy() const { return quick_.is_busy() || slow_.is_busy(); }
 
+  /// Ends the exports, and waits until they have left no file.
+  void stop_exports() { exports_.stop(); }
+
  private:
   using Query = std::map<std::string, std::string>;
 
