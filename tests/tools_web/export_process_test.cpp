@@ -1,6 +1,10 @@
 #include "web/takes/export_process.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <string>
 
 #include "support/temporary_folder.h"
 
@@ -59,6 +63,19 @@ TEST(ExportProcess, EndsWhenItIsStopped) {
 
   ASSERT_FALSE(ran.file);
   EXPECT_THAT(ran.file.error().message, HasSubstr("signal 9"));
+}
+
+TEST(ExportProcess, HasNoFileOfThisProgram) {
+  const support::TemporaryFolder folder;
+  // As a socket of the server: a descriptor that a new program would have, too.
+  const int connection = ::fcntl(STDERR_FILENO, F_DUPFD, 500);
+
+  const Ran ran = run(program(
+      folder, "test -e /proc/$$/fd/" + std::to_string(connection) + " && echo has the connection >&2; exit 65"));
+
+  ::close(connection);
+  ASSERT_FALSE(ran.file);
+  EXPECT_EQ(ran.file.error().message, "");
 }
 
 TEST(ExportProcess, IsBesideThisProgram) { EXPECT_EQ(mocapctl_here().filename(), "mocapctl"); }

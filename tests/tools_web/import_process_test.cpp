@@ -1,10 +1,13 @@
 #include "web/import_process.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
-
-#include <chrono>
+#include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <string>
+
 #include "support/temporary_folder.h"
 
 namespace mocap::web {
@@ -64,6 +67,24 @@ TEST(ImportProcess, EndsACommandThatTakesTooLong) {
   ASSERT_FALSE(imported);
   EXPECT_EQ(imported.error().code, ErrorCode::Io);
   EXPECT_THAT(imported.error().message, HasSubstr("use a shorter file"));
+}
+
+TEST(ImportProcess, EndsWhenItIsStopped) {
+  const auto imported = import_with("exec sleep 1000", false, 1h, true);
+
+  ASSERT_FALSE(imported);
+  EXPECT_EQ(imported.error().code, ErrorCode::Io);
+}
+
+TEST(ImportProcess, HasNoFileOfThisProgram) {
+  // As a socket of the server: a descriptor that a new program would have, too.
+  const int connection = ::fcntl(STDERR_FILENO, F_DUPFD, 500);
+
+  const auto imported =
+      import_with("test -e /proc/$$/fd/" + std::to_string(connection) + " && echo 'it has the connection'");
+
+  ::close(connection);
+  ASSERT_FALSE(imported) << imported->report_json;
 }
 
 TEST(ImportProcess, FailsWithoutTheCommand) {

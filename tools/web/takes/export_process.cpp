@@ -39,6 +39,7 @@ Result<Process> start(const std::vector<std::string>& command) {
   ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDERR_FILENO);
+  ::posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // the server's connections, too
   std::vector<char*> arguments;
   for (const std::string& each : command)
     arguments.push_back(const_cast<char*>(each.c_str()));  // NOLINT: execve's type
