@@ -660,6 +660,8 @@ class WithDaemon(BesideDaemon):
         self.assertEqual(self.web.post("takes/best/delete", {})[0], 200)
         self.assertEqual(self.web.get("/takes/best.mcap")[0], 404)
         self.assertIn('method=/api/v1/takes/walk%201/edit params={"rating": 5} answer=', self.web.program.output())
+        self.assertIn("method=/takes/walk%201.mcap params= answer=200", self.web.program.output())
+        self.assertIn("method=/takes/walk%201.csv params=unit=mm answer=200", self.web.program.output())
 
     def test_the_daemon_may_restart(self):
         self.daemon.end()

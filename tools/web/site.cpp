@@ -40,7 +40,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// Who changed what, from where, with which result.
+// Who changed or downloaded what, from where, with which result.
 void audit(const Visitor& visitor, const std::string& remote, const std::string& method, const std::string& params,
            const std::string& answer) {
   constexpr std::size_t kMaxParams = 1000;
@@ -129,7 +129,13 @@ void Site::answer_takes(const HttpRequest& request, const Visitor& visitor, std:
   const bool changes = is_change_of_take(request);
   if (auto reply = refuse_form(request, "takes", changes)) return done(*std::move(reply));
   find_takes();
-  if (!changes) return parts_.takes.answer(request, std::move(done));
+  if (!changes && !request.path.starts_with(kTakesPath)) return parts_.takes.answer(request, std::move(done));
+  if (!changes) {
+    return parts_.takes.answer(request, [visitor, request, done = std::move(done)](HttpReply reply) {
+      if (reply.status == 200) audit(visitor, request.remote, request.path, request.query, "200");
+      done(std::move(reply));
+    });
+  }
   if (visitor.role != wire::Role::Operator) return done(refuse_role("takes"));
   ++counts_.changes;
   parts_.takes.answer(request, [visitor, request, done = std::move(done)](HttpReply reply) {
