@@ -243,7 +243,8 @@ TEST_F(RigFile, HasNoCameraNamedMetadata) {
   EXPECT_EQ(saved.error().code, ErrorCode::InvalidArgument);
   EXPECT_THAT(saved.error().message, HasSubstr("a camera is named 'metadata'"));
   EXPECT_FALSE(std::filesystem::exists(path));
-  EXPECT_THAT(faults_of(write_with("M11139", "metadata")), HasSubstr("rig.toml:2:8: camera 'cam_01': name is 'metadata'"));
+  EXPECT_THAT(faults_of(write_with("M11139", "metadata")),
+              HasSubstr("rig.toml:2:8: camera 'cam_01': name is 'metadata'"));
 }
 
 TEST_F(RigFile, SaysWhetherItsFloorIsGuessed) {

@@ -23,7 +23,8 @@ struct PipelineOutput {
 std::vector<calibration::Instant> instants_of(const take::BlobRecording& recording);
 
 /// Runs the daemon's pipeline up to 3D tracks (associate, triangulate, track) on a recording, without bounds of the
-/// volume, and calls `visit` for each of instants_of(). `excluded`: cameras whose views are left out, by CameraId; empty: none.
+/// volume, and calls `visit` for each of instants_of(). `excluded`: cameras whose views are left out, by CameraId;
+/// empty: none.
 void run_pipeline(const take::BlobRecording& recording, const Rig& rig, const std::vector<bool>& excluded,
                   const std::function<void(const PipelineOutput&)>& visit);
 
