@@ -24,7 +24,7 @@ const v1::CameraHealth* camera_before(const v1::Status& before, const std::strin
   return found == all.end() ? nullptr : &*found;
 }
 
-// The rate at which the camera is to deliver; 0: unknown. An older daemon tells only that of the fastest camera.
+// The rate at which the camera is to deliver; 0: unknown. An older daemon sends only that of the fastest camera.
 double nominal_rate_hz(const PreflightFacts& facts, const std::string& name) {
   const auto& all = facts.description.cameras();
   const auto found = std::ranges::find_if(all, [&](const v1::Camera& each) { return each.name() == name; });
