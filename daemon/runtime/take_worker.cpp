@@ -125,11 +125,14 @@ void TakeWorker::follow_orders() {
 
 void TakeWorker::follow(TakeOrder order, bool of_trigger) {
   remember_actor(order);
-  if (!of_trigger) return recorder_->follow(order);
   const std::uint64_t number = order.number;
-  if (audit_ != nullptr) audit_->note(entry_of(order));
-  order.number |= kOfTrigger;
+  if (of_trigger) {
+    if (audit_ != nullptr) audit_->note(entry_of(order));
+    order.number |= kOfTrigger;
+  }
   recorder_->follow(order);
+  note_takes();  // the next order may begin another take
+  if (!of_trigger) return;
   if (!pass_answers(number)) tell({number, std::nullopt, recorder_->health()});
 }
 

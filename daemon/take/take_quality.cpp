@@ -91,7 +91,9 @@ void judge_subject(const QualityReport& report, const SubjectFigures& subject, R
 // Why sets were lost, as far as it is known.
 std::string cause_of(const QualityReport& report) {
   if (report.dropped_sets == 0) return {};
-  return fmt::format(", {} because the recorder was late ([queues] side_snapshots)", report.dropped_sets);
+  // Sets that were dropped after the last one of the take are counted, but not lost.
+  return fmt::format(", {} because the recorder was late ([queues] side_snapshots)",
+                     std::min(report.dropped_sets, report.lost_sets));
 }
 
 void judge(QualityReport& report) {

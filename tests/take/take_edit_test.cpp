@@ -3,7 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
+#include <filesystem>
+#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -32,10 +33,9 @@ Result<TakeInfo> edit_when_free(const std::filesystem::path& path, const TakeEdi
 
 TEST_F(TakeEditTest, KeepsTheChangesOfTwoEditsAtOnce) {
   ASSERT_NO_FATAL_FAILURE(record_example(path(), 5));
-  std::atomic<bool> ended{false};
-  std::jthread other([&] {
+  const std::jthread other([&](const std::stop_token& stop) {
     TakeEdit rating;
-    for (int i = 0; !ended; ++i) {
+    for (int i = 0; !stop.stop_requested(); ++i) {
       rating.rating = i % 5;
       EXPECT_TRUE(edit_when_free(path(), rating));
     }
@@ -48,7 +48,6 @@ TEST_F(TakeEditTest, KeepsTheChangesOfTwoEditsAtOnce) {
     ASSERT_TRUE(edited) << edited.error().message;
     EXPECT_EQ(edit_when_free(path(), {})->notes, notes.notes);
   }
-  ended = true;
 }
 
 TEST_F(TakeEditTest, RefusesToEditWhatIsNotThere) {

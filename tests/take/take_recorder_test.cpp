@@ -37,15 +37,23 @@ class Takes : public testing::Test {
     recorder = make_take_recorder(settings, example_description(), {{.name = "mocapd.toml", .bytes = "[detect]\n"}});
   }
 
+  void keep_set() {
+    for (std::uint32_t camera = 0; camera < kExampleCameras; ++camera) recorder->keep(example_blobs(camera, next));
+    recorder->keep(example_snapshot(next));
+    ++next;
+  }
   void capture(std::uint64_t sets) {
-    for (const std::uint64_t end = next + sets; next < end; ++next) {
-      for (std::uint32_t camera = 0; camera < kExampleCameras; ++camera) recorder->keep(example_blobs(camera, next));
-      recorder->keep(example_snapshot(next));
+    for (const std::uint64_t end = next + sets; next < end;) {
+      keep_set();
       recorder->work(now());
     }
   }
+  // While the disk thread waits for the disk.
+  void capture_without_disk(std::uint64_t sets) {
+    for (const std::uint64_t end = next + sets; next < end;) keep_set();
+  }
 
-  // Just after the exposure of the last set.
+  // Just before the exposure of the next set.
   Timestamp now() const { return example_time(next) - Duration(1000); }
 
   void follow(TakeOrder order) {
@@ -246,6 +254,27 @@ TEST_F(Takes, BeginAndEndAtTheInstantsOfTheirOrders) {
   capture(2);
 
   EXPECT_EQ(sets_of("take_001"), range(kSecond, 2 * kSecond));
+}
+
+TEST_F(Takes, AreWrittenToTheirEndIfTheDiskWasSlowThen) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  const std::uint64_t sets = 60 * kSecond;  // several times what `work` writes at once
+  capture_without_disk(sets);
+  follow({.action = TakeAction::Stop});
+  capture_without_disk(kSecond);
+  for (int i = 0; i < 100 && recorder->health().state == TakeState::Recording; ++i) recorder->work(now());
+
+  EXPECT_EQ(sets_of("take_001"), range(0, sets));
+}
+
+TEST_F(Takes, ThatWereStoppedAreNotCutShortByTheEndOfTheRecorder) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture(kSecond);
+  follow({.action = TakeAction::Stop});
+  recorder->finish(now(), "a reload changed [takes]");
+
+  EXPECT_EQ(recorder->health().state, TakeState::Ended);
+  EXPECT_EQ(sets_of("take_001"), range(0, kSecond));
 }
 
 TEST_F(Takes, StartRightAfterAStop) {

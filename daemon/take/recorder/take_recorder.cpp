@@ -71,12 +71,14 @@ class DiskTakeRecorder : public TakeRecorder {
   bool work(Timestamp now) override {
     if (!recording_) start_next();
     if (const auto due = waiting_.take_due(now)) start_due(*due);
+    Timestamp written_until = now;
     for (int i = 0; recording_ && i < kMostBatches; ++i) {
-      const bool more = write_waiting();
+      const auto written = write_waiting();
+      written_until = written.value_or(now);
       if (recording_) check(now);
-      if (!more) break;
+      if (!written) break;
     }
-    if (recording_ && is_over(now)) {
+    if (recording_ && is_over(written_until)) {
       end(now, {});
     } else if (recording_) {
       if (const Status ticked = recording_->writer->tick(now); !ticked) end(now, ticked.error().message);
@@ -105,10 +107,11 @@ class DiskTakeRecorder : public TakeRecorder {
       log_warn(kWho, fmt::format("the take that waited does not start: {}", why.empty() ? "mocapd ends" : why));
     }
     if (!recording_) return;
+    const bool stopped = is_stopped(now);
     stop_at(now);
     while (recording_ && write_waiting()) {
     }
-    if (recording_) end(now, why);
+    if (recording_) end(now, stopped ? std::string() : why);
   }
 
  private:
@@ -262,10 +265,11 @@ class DiskTakeRecorder : public TakeRecorder {
 
   // --- a take ---
 
-  bool is_over(Timestamp now) const {
+  // `written_until`: now, or while messages wait for the disk the instant of the last one that was written.
+  bool is_over(Timestamp written_until) const {
     if (!recording_->to) return false;
     const Duration patience = recording_->awaits_set() ? kLongDrainPatience : kDrainPatience;
-    return recording_->drained || now > *recording_->to + patience;
+    return recording_->drained || written_until > *recording_->to + patience;
   }
 
   // `take next` takes the next shot of the list, if there is one.
@@ -326,20 +330,20 @@ class DiskTakeRecorder : public TakeRecorder {
     }
   }
 
-  // Returns whether there was anything to write and the take goes on.
-  bool write_waiting() {
+  // Returns the instant of the last message; nothing if none waited or the take ended.
+  std::optional<Timestamp> write_waiting() {
     const std::vector<BufferedMessage>& batch = intake_.buffer().next(kBatch_bytes);
     for (const BufferedMessage& message : batch) {
       if (message.kind == BufferedKind::Break) {
         end(message.at, "the cameras of the configuration changed");
-        return false;
+        return std::nullopt;
       }
       if (const Status written = recording_->write(message); !written) {
         end(message.at, written.error().message);
-        return false;
+        return std::nullopt;
       }
     }
-    return !batch.empty();
+    return batch.empty() ? std::nullopt : std::optional(batch.back().at);
   }
 
   // Completes the file. `why`: the reason of an early end; empty: as ordered.
