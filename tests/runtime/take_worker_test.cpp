@@ -37,6 +37,10 @@ class ScriptedRecorder final : public TakeRecorder {
       stopped_by_ = order.number;
       return;
     }
+    if (order.action == TakeAction::Cancel) {
+      take_.state = TakeState::Cancelled;
+      return answers_.push_back({order.number, TakeOutcome::Done, "cancelled"});
+    }
     const bool starts = order.action == TakeAction::Start && take_.state != TakeState::Recording;
     if (starts) begin(order.name);
     answers_.push_back({order.number, starts ? TakeOutcome::Done : TakeOutcome::Failed, order.name});
@@ -74,6 +78,26 @@ class ScriptedRecorder final : public TakeRecorder {
   std::deque<TakeDone> answers_;
 };
 
+// The audit log of a test.
+class NotedTakes final : public AuditTrail {
+ public:
+  void note(AuditEntry entry) override {
+    const std::lock_guard lock(mutex_);
+    words_.push_back(entry.what + " " + entry.who.name);
+  }
+  bool write(AuditEntry, Duration) override { return true; }
+  AuditHealth health() const override { return {}; }
+
+  std::vector<std::string> words() const {
+    const std::lock_guard lock(mutex_);
+    return words_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> words_;
+};
+
 // The disk thread, and this test as control thread and trigger thread.
 class TakeWorkerTest : public testing::Test {
  protected:
@@ -87,6 +111,10 @@ class TakeWorkerTest : public testing::Test {
   }
   void order(SpscQueue<TakeOrder>& queue, std::uint64_t number, TakeAction action, const std::string& name = {}) {
     ASSERT_TRUE(queue.try_push({.number = number, .action = action, .name = name}));
+    channel.ordered.signal();
+  }
+  void push(SpscQueue<TakeOrder>& queue, TakeAction action, const char* who) {
+    ASSERT_TRUE(queue.try_push({.number = 1, .action = action, .by = {.name = who}}));
     channel.ordered.signal();
   }
   TakeNews next_news() {
@@ -113,55 +141,24 @@ class TakeWorkerTest : public testing::Test {
   SpscQueue<Belief> beliefs{1};
   TakeChannel channel;
   TimecodeChannel timecode;
+  NotedTakes audit;
   Counter dropped_sets;
   ScriptedRecorder* recorder = new ScriptedRecorder;
-  TakeWorker worker{std::unique_ptr<TakeRecorder>(recorder),
-                    {},
-                    snapshots,
-                    {beliefs, channel, timecode, dropped_sets, wake, nullptr}};
+  TakeWorker worker{
+      std::unique_ptr<TakeRecorder>(recorder), {}, snapshots, {beliefs, channel, timecode, dropped_sets, wake, &audit}};
   std::jthread disk;
 };
 
-// The audit log of a test.
-class NotedTakes final : public AuditTrail {
- public:
-  void note(AuditEntry entry) override {
-    const std::lock_guard lock(mutex_);
-    words_.push_back(entry.what + " " + entry.who.name);
-  }
-  bool write(AuditEntry, Duration) override { return true; }
-  AuditHealth health() const override { return {}; }
-
-  std::vector<std::string> words() const {
-    const std::lock_guard lock(mutex_);
-    return words_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  std::vector<std::string> words_;
-};
-
-TEST(TakeWorkerAudit, NotesWhoBeganAndEndedATakeAndTheEndThatNobodyOrdered) {
-  WakeSignal wake;
-  SnapshotChannel snapshots{4};
-  SpscQueue<Belief> beliefs{1};
-  TakeChannel channel;
-  TimecodeChannel timecode;
-  NotedTakes audit;
-  Counter dropped_sets;
-  TakeWorker worker(std::make_unique<ScriptedRecorder>(), {}, snapshots,
-                    {beliefs, channel, timecode, dropped_sets, wake, &audit});
-  std::jthread disk([&](const std::stop_token& stop) { worker.run_disk(stop); });
-  const auto order = [&](SpscQueue<TakeOrder>& queue, TakeAction action, const char* who, std::size_t noted) {
-    ASSERT_TRUE(queue.try_push({.number = 1, .action = action, .by = {.name = who}}));
-    channel.ordered.signal();
+TEST_F(TakeWorkerTest, NotesWhoBeganAndEndedATakeAndTheEndThatNobodyOrdered) {
+  start();
+  const auto order_by = [&](SpscQueue<TakeOrder>& queue, TakeAction action, const char* who, std::size_t noted) {
+    push(queue, action, who);
     while (audit.words().size() < noted) std::this_thread::yield();
   };
 
-  order(channel.orders, TakeAction::Start, "anna", 1);
-  order(channel.orders, TakeAction::Stop, "ben", 2);
-  order(channel.trigger_orders, TakeAction::Start, "trigger", 4);
+  order_by(channel.orders, TakeAction::Start, "anna", 1);
+  order_by(channel.orders, TakeAction::Stop, "ben", 2);
+  order_by(channel.trigger_orders, TakeAction::Start, "trigger", 4);
   disk.request_stop();
   channel.ordered.signal();
   disk.join();
@@ -169,6 +166,16 @@ TEST(TakeWorkerAudit, NotesWhoBeganAndEndedATakeAndTheEndThatNobodyOrdered) {
 
   EXPECT_EQ(audit.words(), (std::vector<std::string>{"recorded anna", "retained ben", "ordered trigger",
                                                      "recorded trigger", "retained "}));
+}
+
+TEST_F(TakeWorkerTest, NotesEachTakeOfOrdersThatWaitedForTheDisk) {
+  push(channel.orders, TakeAction::Start, "anna");
+  push(channel.orders, TakeAction::Cancel, "ben");
+  push(channel.orders, TakeAction::Start, "cleo");
+  start();
+  for (int answers = 0; answers < 3; ++answers) next_answer();
+
+  EXPECT_EQ(audit.words(), (std::vector<std::string>{"recorded anna", "discarded ben", "recorded cleo"}));
 }
 
 TEST_F(TakeWorkerTest, GivesTheTriggerItsAnswersAndTheTakeThatTheyMade) {
