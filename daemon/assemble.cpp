@@ -155,6 +155,11 @@ std::unique_ptr<TakeRecorder> make_takes(const settings::DaemonSettings& setting
   return take::make_take_recorder(settings.takes, description, take_files(settings));
 }
 
+// Whether the sockets of the triggers continue.
+bool same_trigger(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
+  return settings::same_section(before, now, "trigger") && records_takes(before) == records_takes(now);
+}
+
 // Null if takes have no remote triggers.
 Result<std::unique_ptr<runtime::TriggerParts>> open_trigger(const settings::DaemonSettings& settings) {
   const trigger::TriggerSettings& wanted = settings.trigger;
@@ -306,11 +311,9 @@ Result<Assembly> assemble(const settings::DaemonSettings& settings, AuditTrail* 
 }
 
 Status check_ports(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
-  const std::vector<std::string> own = endpoints_of(before);
-  for (const std::string& endpoint : endpoints_of(now)) {
-    if (const Status free = wire::try_endpoint(endpoint, own); !free) return free;
-  }
-  return trigger::try_udp_ports(now.trigger, before.trigger);
+  if (const Status free = wire::try_endpoints(endpoints_of(now), endpoints_of(before)); !free) return free;
+  if (!records_takes(now) || same_trigger(before, now)) return {};
+  return trigger::try_udp_ports(now.trigger, records_takes(before) ? before.trigger : trigger::TriggerSettings{});
 }
 
 Handover handover_between(const settings::DaemonSettings& before, const settings::DaemonSettings& now) {
@@ -349,9 +352,7 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
   if (!now.subject_models.empty()) change.explainer = assemble_explainer(now);
   if (!settings::same_feed(before, now)) change.open_publisher = [&now, audit] { return open_publisher(now, audit); };
   if (!settings::same_control(before, now)) change.open_control = [&now, audit] { return open_control(now, audit); };
-  if (!settings::same_section(before, now, "trigger") || records_takes(before) != records_takes(now)) {
-    change.open_trigger = [&now] { return open_trigger(now); };
-  }
+  if (!same_trigger(before, now)) change.open_trigger = [&now] { return open_trigger(now); };
 
   change.snapshots_continue = before.record.snapshots == now.record.snapshots && pipeline.records_snapshots();
   if (!change.snapshots_continue) {

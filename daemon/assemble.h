@@ -35,8 +35,8 @@ Result<runtime::PipelineChange> assemble_change(const settings::DaemonSettings& 
                                                 const settings::DaemonSettings& now, const runtime::Pipeline& pipeline,
                                                 SharedByCameras& shared, AuditTrail* audit = nullptr);
 
-/// Fails if a daemon with the settings `before` could not open the ports of `now`: the address is not of this machine,
-/// or another program uses the port.
+/// Fails if a daemon with the settings `before` could not open the endpoints and ports of `now`: the address is not of
+/// this machine, another program uses the port, `now` uses it twice, or the folder of an ipc endpoint is not writable.
 Status check_ports(const settings::DaemonSettings& before, const settings::DaemonSettings& now);
 
 /// The description of a run with these settings, before any fit. `session_id`: of the run.

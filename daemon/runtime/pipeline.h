@@ -197,9 +197,10 @@ class Pipeline {
   void pause_row();
   void change_row(PipelineChange& change);
   void change_side(PipelineChange& change);
-  Status change_publisher(const OpenPart<Publisher>& open);
-  Status change_control(const OpenPart<ControlServer>& open);
-  Status change_trigger(const OpenPart<TriggerParts>& open);
+  void close_ports(const PipelineChange& change);
+  Status open_publisher(const OpenPart<Publisher>& open);
+  Status open_control(const OpenPart<ControlServer>& open);
+  Status open_trigger(const OpenPart<TriggerParts>& open);
 
   void start_camera(std::size_t camera);
   void start_side();

@@ -34,10 +34,11 @@ Status Pipeline::change(PipelineChange change) {
   pause_previews();
   pause_node();
   pause_row();
-  Status changed = change_control(change.open_control);
+  close_ports(change);
+  Status changed = open_control(change.open_control);
   change_row(change);
-  if (changed) changed = change_publisher(change.open_publisher);
-  if (changed) changed = change_trigger(change.open_trigger);
+  if (changed) changed = open_publisher(change.open_publisher);
+  if (changed) changed = open_trigger(change.open_trigger);
   start_side();
   start_recorder();
   start_takes();
@@ -249,19 +250,26 @@ void Pipeline::change_side(PipelineChange& change) {
       side_worker_->change({std::move(change.writers), change.snapshots_continue, &description_, to_side_.get()});
 }
 
-Status Pipeline::change_publisher(const OpenPart<Publisher>& open) {
+// All that change, before one of them is opened: they may exchange their ports.
+void Pipeline::close_ports(const PipelineChange& change) {
+  if (change.open_control && control_worker_) control_worker_->close_server();
+  if (change.open_publisher) publish_worker_->close_publisher();
+  if (change.open_trigger) {
+    stop_trigger();
+    set_trigger(nullptr);
+  }
+}
+
+Status Pipeline::open_publisher(const OpenPart<Publisher>& open) {
   if (!open) return {};
-  publish_worker_->close_publisher();
   Result<std::unique_ptr<Publisher>> publisher = open();
   if (!publisher) return publisher.error();
   publish_worker_->set_publisher(std::move(*publisher));
   return {};
 }
 
-Status Pipeline::change_trigger(const OpenPart<TriggerParts>& open) {
+Status Pipeline::open_trigger(const OpenPart<TriggerParts>& open) {
   if (!open) return {};
-  stop_trigger();
-  set_trigger(nullptr);  // closes the sockets
   Result<std::unique_ptr<TriggerParts>> parts = open();
   if (!parts) return parts.error();
   set_trigger(std::move(*parts));
@@ -269,9 +277,8 @@ Status Pipeline::change_trigger(const OpenPart<TriggerParts>& open) {
   return {};
 }
 
-Status Pipeline::change_control(const OpenPart<ControlServer>& open) {
+Status Pipeline::open_control(const OpenPart<ControlServer>& open) {
   if (!open) return {};
-  if (control_worker_) control_worker_->close_server();
   Result<std::unique_ptr<ControlServer>> server = open();
   if (!server) return server.error();
   if (*server == nullptr) {

@@ -1,5 +1,6 @@
 #include "wire/endpoint.h"
 
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -61,6 +62,43 @@ Status check_ipc(std::string_view endpoint) {
   return {};
 }
 
+bool has_port_of(std::string_view one, std::string_view other) {
+  return one.starts_with(kTcp) && other.starts_with(kTcp) && port_of(one) == port_of(other);
+}
+
+// Whether two sockets cannot listen at these endpoints at once.
+bool same_place(std::string_view one, std::string_view other) {
+  const auto is_any_host = [](std::string_view host) { return host == "*" || host == "0.0.0.0" || host == "[::]"; };
+  if (!one.starts_with(kTcp)) return one == other && !one.ends_with('*');
+  if (!has_port_of(one, other) || port_of(one) == "*" || port_of(one) == "0") return false;
+  return host_of(one) == host_of(other) || is_any_host(host_of(one)) || is_any_host(host_of(other));
+}
+
+Error failure_at(const std::string& endpoint, int code) {
+  errno = code;
+  return zmq_failure(fmt::format("endpoint '{}'", endpoint));
+}
+
+Status try_tcp(ZmqSocket& socket, const std::string& endpoint, const std::vector<std::string>& own) {
+  std::string tried = endpoint;
+  const auto has_port = [&](const std::string& other) { return has_port_of(other, endpoint); };
+  if (std::ranges::any_of(own, has_port)) tried.replace(tried.rfind(':'), std::string::npos, ":*");
+  if (Status set = socket.set(ZMQ_IPV6, tried.starts_with("tcp://[") ? 1 : 0); !set) return set;
+  if (zmq_bind(socket.get(), tried.c_str()) != 0) return failure_at(endpoint, zmq_errno());
+  return {};
+}
+
+// A bind would replace the socket file of another program, so none is tried.
+Status try_ipc(const std::string& endpoint) {
+  if (is_taken_ipc(endpoint)) return failure_at(endpoint, EADDRINUSE);
+  const std::string path = endpoint.substr(kIpc.size());
+  if (path == "*" || path.starts_with('@')) return {};
+  const auto slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return failure_at(endpoint, errno);
+  return {};
+}
+
 }  // namespace
 
 bool is_local(std::string_view endpoint) {
@@ -87,24 +125,22 @@ Status check_endpoint(const std::string& endpoint, bool allow_remote) {
   return {};
 }
 
-Status try_endpoint(const std::string& endpoint, const std::vector<std::string>& own) {
-  const std::string what = fmt::format("endpoint '{}'", endpoint);
-  if (std::ranges::find(own, endpoint) != own.end()) return {};
-  if (is_taken_ipc(endpoint)) {
-    errno = EADDRINUSE;
-    return zmq_failure(what);
-  }
-  if (!endpoint.starts_with(kTcp)) return {};
-  const auto has_port = [&](const std::string& other) {
-    return other.starts_with(kTcp) && port_of(other) == port_of(endpoint);
-  };
-  std::string tried = endpoint;
-  if (std::ranges::any_of(own, has_port)) tried.replace(tried.rfind(':'), std::string::npos, ":*");
+Status try_endpoints(const std::vector<std::string>& endpoints, const std::vector<std::string>& own) {
   ZmqContext context;
   ZmqSocket socket;
   if (Status opened = socket.open(context, ZMQ_ROUTER, "endpoint"); !opened) return opened;
-  if (Status set = socket.set(ZMQ_IPV6, tried.starts_with("tcp://[") ? 1 : 0); !set) return set;
-  if (zmq_bind(socket.get(), tried.c_str()) != 0) return zmq_failure(what);
+  for (auto endpoint = endpoints.begin(); endpoint != endpoints.end(); ++endpoint) {
+    const auto is_same = [&](const std::string& other) { return same_place(*endpoint, other); };
+    if (std::any_of(endpoints.begin(), endpoint, is_same)) {
+      return Error{ErrorCode::Busy,
+                   fmt::format("endpoint '{}': another endpoint of this configuration is there; choose another port "
+                               "for one of them",
+                               *endpoint)};
+    }
+    if (std::ranges::find(own, *endpoint) != own.end()) continue;
+    const Status tried = endpoint->starts_with(kTcp) ? try_tcp(socket, *endpoint, own) : try_ipc(*endpoint);
+    if (!tried) return tried;
+  }
   return {};
 }
 

@@ -214,6 +214,8 @@ class Control(unittest.TestCase):
         wrong = {
             "no such address": daemon.text(publish='more_endpoints = ["tcp://198.51.100.7:5570"]\nallow_remote = true'),
             "another program": daemon.text(publish=f'more_endpoints = ["tcp://127.0.0.1:{other}"]'),
+            "another endpoint of this": daemon.text(more=f'\n[control]\nendpoint = "{self.desk.endpoint}"\n'),
+            "No such file": daemon.text(publish='more_endpoints = ["ipc:///absent/feed"]'),
             "listen must be": daemon.text(more='\n[trigger]\nlisten = "198.51.100.7"\nsenders = ["127.0.0.1"]\n'),
         }
         for why, text in wrong.items():
@@ -224,6 +226,19 @@ class Control(unittest.TestCase):
         self.desk.write("mocapd.toml", daemon.text())
         self.done(daemon.ctl("reload"))
         self.assertEqual(daemon.status()["sessionId"], session)
+
+    def test_a_reload_exchanges_the_ports_of_feed_and_control(self):
+        daemon = Daemon(self.desk)
+        session = until(daemon.status, "an answer")["sessionId"]
+        feed, control = self.desk.endpoint, daemon.control
+        text = daemon.text(more=f'\n[control]\nendpoint = "{feed}"\n')
+        self.desk.write("mocapd.toml", text.replace(feed, control, 1))
+
+        self.done(daemon.ctl("reload"))
+        self.desk.endpoint, daemon.control = control, feed
+        self.assertEqual(until(daemon.status, "an answer at the other port")["sessionId"], session)
+        topic, _ = receive(daemon.subscriber("snapshot"))
+        self.assertIsNotNone(topic, "the feed is at the other port")
 
     def test_sighup_reloads_as_mocapctl_reload_does(self):
         daemon = Daemon(self.desk)

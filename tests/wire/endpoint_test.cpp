@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 #include <zmq.h>
 
+#include <string>
+#include <vector>
+
+#include "support/temporary_folder.h"
 #include "wire/zmq_socket.h"
 
 namespace mocap::wire {
@@ -47,11 +51,27 @@ TEST(Endpoint, IsTriedBeforeTheDaemonGivesUpItsOwn) {
   ASSERT_EQ(zmq_bind(other.get(), "tcp://127.0.0.1:*"), 0);
   const std::string taken = other.last_endpoint(), port = taken.substr(taken.rfind(':'));
 
-  EXPECT_TRUE(try_endpoint("tcp://127.0.0.1:*", {}));
-  EXPECT_EQ(try_endpoint(taken, {}).error().code, ErrorCode::Busy);
-  EXPECT_TRUE(try_endpoint(taken, {taken}));
-  EXPECT_TRUE(try_endpoint("tcp://*" + port, {taken})) << "the port is free then";
-  EXPECT_EQ(try_endpoint("tcp://198.51.100.7" + port, {taken}).error().code, ErrorCode::NotFound);
+  EXPECT_TRUE(try_endpoints({"tcp://127.0.0.1:*", "tcp://127.0.0.1:*"}, {}));
+  EXPECT_EQ(try_endpoints({"tcp://127.0.0.1:*", taken}, {}).error().code, ErrorCode::Busy);
+  EXPECT_TRUE(try_endpoints({taken}, {taken}));
+  EXPECT_TRUE(try_endpoints({"tcp://*" + port}, {taken})) << "the port is free then";
+  EXPECT_EQ(try_endpoints({"tcp://198.51.100.7" + port}, {taken}).error().code, ErrorCode::NotFound);
+}
+
+TEST(Endpoint, IsNotGivenTwice) {
+  const std::vector<std::string> own{"tcp://127.0.0.1:5570", "tcp://127.0.0.1:5571"};
+
+  EXPECT_TRUE(try_endpoints({own[1], own[0]}, own)) << "the ports are exchanged";
+  EXPECT_EQ(try_endpoints({own[0], own[0]}, own).error().code, ErrorCode::Busy);
+  EXPECT_EQ(try_endpoints({own[0], "tcp://*:5570"}, own).error().code, ErrorCode::Busy);
+  EXPECT_EQ(try_endpoints({"ipc:///tmp/feed", "ipc:///tmp/feed"}, {}).error().code, ErrorCode::Busy);
+}
+
+TEST(Endpoint, OfAnIpcFileNeedsAFolderThatCanBeWritten) {
+  const support::TemporaryFolder folder;
+
+  EXPECT_TRUE(try_endpoints({"ipc://" + (folder.path() / "feed").string(), "ipc://@feed", "ipc://*"}, {}));
+  EXPECT_EQ(try_endpoints({"ipc://" + (folder.path() / "absent/feed").string()}, {}).error().code, ErrorCode::Io);
 }
 
 }  // namespace endpoint_test
