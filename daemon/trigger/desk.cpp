@@ -137,11 +137,19 @@ class Desk final : public TriggerDesk {
   RepeatMemory::Entry* repeat_of(const Request& request, std::uint32_t address, Timestamp now) {
     RepeatMemory::Entry* known = memory_.find(address, request, now);
     if (known == nullptr || !request.packet_id.empty()) return known;
+    if (ends_pending_start(request)) return nullptr;
     const auto is_it = [&](const Caller& caller) { return caller.memory == known->id; };
     const bool pending = std::ranges::any_of(pending_, [&](const auto& each) { return is_it(each.second); });
     if (pending) return known;
     if (request.verb == Verb::Start) return take_ && take_->starter && is_it(*take_->starter) ? known : nullptr;
     return !take_ || std::ranges::any_of(take_->stoppers, is_it) ? known : nullptr;
+  }
+
+  // Whether the newest order is a start without an answer, which this stop or cancel is about.
+  bool ends_pending_start(const Request& request) const {
+    if (request.verb == Verb::Start || pending_.empty()) return false;
+    const Request& newest = pending_.rbegin()->second.request;
+    return newest.verb == Verb::Start && (request.name.empty() || request.name == newest.name);
   }
 
   // The answer of a receiver, or our own packet that came back.
@@ -168,9 +176,7 @@ class Desk final : public TriggerDesk {
     // Another program passes our own start on, or a second controller starts the same take.
     const bool is_it = take_ && !take_->stopping && !request.name.empty() && request.name == take_->name;
     if (is_it) return answer_start(caller);
-    TakeOrder order;
-    order.action = TakeAction::Start;
-    order.name = request.name;
+    TakeOrder order{.action = TakeAction::Start, .name = request.name};
     order.slate = request.slate;
     order.text = notes_of(request);
     order.countdown = request.delay;
@@ -179,6 +185,7 @@ class Desk final : public TriggerDesk {
 
   void ask_stop(const Caller& caller) {
     const Request& request = caller.request;
+    if (ends_pending_start(request)) return order_stop(caller);
     const bool other = !request.name.empty() && (!take_ || (!take_->name.empty() && request.name != take_->name));
     if (other && request.name == ended_.name) {
       answer_stop(caller, ended_.result, ended_.name, ended_.path);
@@ -192,8 +199,11 @@ class Desk final : public TriggerDesk {
       take_->stoppers.push_back(caller);
       return;
     }
-    TakeOrder order;
-    order.action = request.verb == Verb::Cancel ? TakeAction::Cancel : TakeAction::Stop;
+    order_stop(caller);
+  }
+
+  void order_stop(const Caller& caller) {
+    TakeOrder order{.action = caller.request.verb == Verb::Cancel ? TakeAction::Cancel : TakeAction::Stop};
     ask(order, caller);
   }
 
@@ -220,8 +230,9 @@ class Desk final : public TriggerDesk {
     if (news.done->outcome != TakeOutcome::Done) return refuse(caller, news.done->message);
     MOCAP_EXPECTS(news.take.has_value());
     if (caller.request.verb == Verb::Start) return hear_of_start(caller, *news.take);
-    answer_stop(caller, result_of(news.take->state), std::string(text_of(news.take->name)),
-                std::string(text_of(news.take->path)));
+    const std::string name(text_of(news.take->name)), &wanted = caller.request.name;
+    if (!wanted.empty() && wanted != name) return answer_stop(caller, "CANCEL", wanted, {});  // it did not start
+    answer_stop(caller, result_of(news.take->state), name, std::string(text_of(news.take->path)));
     if (take_) take_->stoppers.push_back(caller);
   }
 

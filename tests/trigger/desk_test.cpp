@@ -328,6 +328,38 @@ TEST_F(DeskTest, AnswersAStartThatWaitsForTheEndOfTheTakeBefore) {
   EXPECT_THAT(sent_to(kController, answered), ElementsAre(started("run", "9")));
 }
 
+TEST_F(DeskTest, StopsATakeThatIsAboutToStart) {
+  start_walk();
+  receive(stop_packet("walk", "8"));
+  hear_executing(2, take_in(TakeState::Recording, "walk"));
+  receive(start_packet("run", "9"));
+  hear_executing(3, take_in(TakeState::Recording, "walk"));
+
+  const TriggerActions ordered = receive(stop_packet("run", "10"));
+  ASSERT_TRUE(ordered.order);
+  EXPECT_EQ(ordered.order->action, TakeAction::Stop);
+  hear(3, TakeOutcome::Failed, take_in(TakeState::Recording, "walk"), "a stop came first");
+  const TriggerActions answered = hear(4, TakeOutcome::Done, take_in(TakeState::Recording, "walk"));
+  const TriggerActions ended = hear(2, TakeOutcome::Done, take_in(TakeState::Ended, "walk"));
+
+  EXPECT_THAT(sent_to(kController, answered),
+              ElementsAre(write_capture({.verb = Verb::Stop, .result = "CANCEL", .name = "run", .packet_id = "10"})));
+  EXPECT_THAT(sent_to(kController, ended), ElementsAre(completed("walk", "8")));
+}
+
+TEST_F(DeskTest, TakesAStopAfterAStartForNoRepeatOfTheStopBefore) {
+  const std::string start = write_osc("/RecordStart", {"walk", 3}), stop = write_osc("/RecordStop", {});
+  receive(start, kController, kOsc);
+  hear(1, TakeOutcome::Done, take_in(TakeState::Recording, "walk_003"));
+  receive(stop, kController, kOsc);
+  hear_executing(2, take_in(TakeState::Recording, "walk_003"));
+  receive(write_osc("/RecordStart", {"walk", 4}), kController, kOsc);
+  hear_executing(3, take_in(TakeState::Recording, "walk_003"));
+
+  EXPECT_TRUE(receive(stop, kController, kOsc).order);
+  EXPECT_FALSE(receive(stop, kController, kOsc).order);  // this one is a repeat
+}
+
 TEST_F(DeskTest, CancelsATake) {
   start_walk();
   const TriggerActions ordered = receive(stop_packet("walk", "8", "CANCEL"));
