@@ -63,6 +63,7 @@ struct World {
   WakeSignal fusion;
   ControlChannel control;
   CameraChannel camera{4, fusion};
+  TakeChannel takes;
 
   World() { control.wake_fusion = &fusion; }
 
@@ -71,7 +72,7 @@ struct World {
     std::vector<ControlAnswer> answers;
     std::stop_source end;
     ControlWorker worker(std::make_unique<Script>(std::move(requests), answers, end, until), one_subject(), lossless,
-                         {&control, {&camera}});
+                         {&control, {&camera}, &takes});
     worker.run(end.get_token());
     return answers;
   }
@@ -115,6 +116,115 @@ TEST(ControlWorker, WaitsOnceForASnapshotThatDoesNotCome) {
 
   ASSERT_EQ(answers.size(), wanted.size());
   EXPECT_EQ(answers.back().code, ControlCode::Timeout);
+}
+
+ControlRequest take_request(TakeAction action) {
+  ControlRequest wanted = request(ControlAction::Take);
+  wanted.take.action = action;
+  return wanted;
+}
+
+TakeOrder next_take_order(World& world) {
+  TakeOrder order;
+  while (!world.takes.orders.try_pop(order)) std::this_thread::yield();
+  return order;
+}
+
+TEST(ControlWorker, ExecutesOtherRequestsWhileATakeEnds) {
+  World world;
+  std::jthread recorder([&] {
+    const TakeOrder stop = next_take_order(world), start = next_take_order(world);
+    EXPECT_LE(stop.at, start.at);
+    static_cast<void>(world.takes.done.try_push({stop.number, TakeOutcome::Done, "stopped"}));
+    static_cast<void>(world.takes.done.try_push({start.number, TakeOutcome::Invalid, "started"}));
+  });
+
+  const auto answers =
+      world.ask({take_request(TakeAction::Stop), request(ControlAction::GetStatus), take_request(TakeAction::Start)},
+                false, host_now() + std::chrono::seconds(60));
+
+  ASSERT_EQ(answers.size(), 3U);
+  EXPECT_TRUE(answers[0].status);
+  EXPECT_EQ(answers[1].message, "stopped");
+  EXPECT_EQ(answers[2].code, ControlCode::Invalid);
+}
+
+TEST(ControlWorker, ChangesTheConfigurationAfterATakeThatEnds) {
+  World world;
+  const Timestamp deadline = host_now() + std::chrono::seconds(60);
+  bool changed_before = false;
+  std::jthread others([&] {
+    const TakeOrder stop = next_take_order(world);
+    for (int i = 0; i < 100 && !changed_before; ++i) {
+      changed_before = world.control.to_main.front() != nullptr;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    static_cast<void>(world.takes.done.try_push({stop.number, TakeOutcome::Done, "stopped"}));
+    MainOrder order;
+    while (!world.control.to_main.try_pop(order) && host_now() < deadline) std::this_thread::yield();
+    static_cast<void>(world.control.from_main.try_push({order.number, true, "changed"}));
+  });
+
+  const auto answers = world.ask({take_request(TakeAction::Stop), request(ControlAction::Reload)}, false, deadline);
+  others.join();
+
+  EXPECT_FALSE(changed_before);
+  ASSERT_EQ(answers.size(), 2U);
+  EXPECT_EQ(answers[0].message, "stopped");
+  EXPECT_EQ(answers[1].message, "changed");
+}
+
+TEST(ControlWorker, GivesUpATakeThatDoesNotEndBeforeItStops) {
+  World world;
+
+  const auto answers = world.ask({take_request(TakeAction::Stop)});
+
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0].code, ControlCode::Timeout);
+}
+
+// Asks for a snapshot; then for another one, after snapshots have begun to come.
+class TwoSnapshots final : public ControlServer {
+ public:
+  TwoSnapshots(ControlChannel& control, std::vector<ControlCode>& answers, std::stop_source& end)
+      : control_(control), answers_(answers), end_(end) {}
+  std::optional<ControlRequest> next(Duration) override {
+    if (answers_.size() == 2) end_.request_stop();
+    if (answers_.size() == 1) {
+      publisher_ = std::jthread([this](const std::stop_token& stop) { publish(stop); });
+      const Timestamp deadline = host_now() + std::chrono::seconds(60);
+      while (control_.snapshots.front() == nullptr && host_now() < deadline) std::this_thread::yield();
+    }
+    return request(ControlAction::GetSnapshot);
+  }
+  void answer(std::uint64_t, const ControlAnswer& answer) override { answers_.push_back(answer.code); }
+
+ private:
+  void publish(const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      if (control_.snapshot_wanted.exchange(false)) static_cast<void>(control_.snapshots.try_push(Snapshot{}));
+      std::this_thread::yield();
+    }
+  }
+
+  ControlChannel& control_;
+  std::vector<ControlCode>& answers_;
+  std::stop_source& end_;
+  std::jthread publisher_;
+};
+
+TEST(ControlWorker, WaitsForASnapshotAgainWhenOneCame) {
+  World world;
+  std::vector<ControlCode> answers;
+  std::stop_source end;
+  ControlWorker worker(std::make_unique<TwoSnapshots>(world.control, answers, end), one_subject(), false,
+                       {&world.control, {&world.camera}});
+
+  worker.run(end.get_token());
+
+  ASSERT_GE(answers.size(), 2U);
+  EXPECT_EQ(answers[0], ControlCode::Timeout);
+  EXPECT_EQ(answers[1], ControlCode::Done);
 }
 
 TEST(ControlWorker, ForwardsANewSubjectToTheMainThread) {

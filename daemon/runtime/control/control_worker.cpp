@@ -16,9 +16,7 @@ constexpr const char* kWho = "control";
 constexpr Duration kSnapshotPatience = std::chrono::seconds(1);
 constexpr Duration kMainPatience = std::chrono::seconds(5);   // the main thread reads files
 constexpr Duration kOrderPatience = std::chrono::seconds(3);  // a camera restart takes up to 2 s
-// A take ends when the disk has all of it.
 constexpr const char* kNoSnapshot = "no snapshot within 1 s; check that the cameras deliver images";
-constexpr Duration kTakePatience = std::chrono::seconds(30);
 constexpr Duration kAuditPatience = std::chrono::seconds(1);
 constexpr Duration kAnswerPollPeriod = std::chrono::milliseconds(1);
 
@@ -38,16 +36,6 @@ std::string names_of(const Things& things) {
   std::string all;
   for (const auto& thing : things) all += (all.empty() ? "" : ", ") + thing.name;
   return all.empty() ? "none" : all;
-}
-
-ControlCode code_of(TakeOutcome outcome) {
-  switch (outcome) {
-    case TakeOutcome::Done: return ControlCode::Done;
-    case TakeOutcome::Invalid: return ControlCode::Invalid;
-    case TakeOutcome::NotFound: return ControlCode::NotFound;
-    case TakeOutcome::Failed: break;
-  }
-  return ControlCode::Failed;
 }
 
 ControlAnswer not_answered(const std::string& who) {
@@ -86,20 +74,28 @@ void ControlWorker::run(const std::stop_token& stop) {
   change_follows_ = false;
   while (!stop.stop_requested() && !change_follows_) {
     receive_updates();
+    answer_takes();
     continue_to_learn(stop);
     if (change_follows_) break;
-    const std::optional<ControlRequest> request = server_->next(kStopCheckPeriod);
+    const std::optional<ControlRequest> request = server_->next(request_patience());
     if (!request) continue;
     receive_updates();
     asker_ = request->by;
-    if (request->action != ControlAction::LearnMask) {
-      finish(*request, execute(*request, stop));
-    } else if (const std::optional<ControlAnswer> refused = begin_to_learn(*request)) {
-      finish(*request, *refused);
-    }
+    if (const std::optional<ControlAnswer> answer = begin(*request, stop)) finish(*request, *answer);
   }
-  // The cameras may be others when this thread runs again.
+  // The cameras and the recorder may be others when this thread runs again.
   stop_to_learn("the configuration changes or the daemon stops");
+  give_up_takes();
+}
+
+// Returns the answer, if it is known at once.
+std::optional<ControlAnswer> ControlWorker::begin(const ControlRequest& request, const std::stop_token& stop) {
+  switch (request.action) {
+    case ControlAction::LearnMask: return begin_to_learn(request);
+    case ControlAction::GetShots:
+    case ControlAction::Take: return begin_take(request);
+    default: return execute(request, stop);
+  }
 }
 
 void ControlWorker::finish(const ControlRequest& request, const ControlAnswer& answer) {
@@ -148,12 +144,8 @@ ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::s
     case ControlAction::ForgetMasks: return change_masks(request, stop);
     case ControlAction::GetMasks: return list_masks(request);
     case ControlAction::Reload: return order_main({}, stop);
-    case ControlAction::GetShots: {
-      ControlRequest list;
-      list.take.action = TakeAction::ListShots;
-      return order_take(list, stop);
-    }
-    case ControlAction::Take: return order_take(request, stop);
+    case ControlAction::GetShots:
+    case ControlAction::Take: break;  // begin_take()
     case ControlAction::GetCalibration: return look_at_calibration(request.calibration, stop);
     case ControlAction::Calibrate: return calibrate(request.calibration, stop);
   }
@@ -177,8 +169,11 @@ ControlAnswer ControlWorker::status() const {
 ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
   if (!capturing_) return failure(ControlCode::Timeout, "no snapshot: capture is stopped; run mocapctl capture start");
-  if (host_now() < no_snapshot_until_) return failure(ControlCode::Timeout, kNoSnapshot);
-  if (control.snapshots.front() != nullptr) control.snapshots.pop();  // answers an earlier request that timed out
+  if (control.snapshots.front() != nullptr) {
+    control.snapshots.pop();  // answers an earlier request that timed out
+  } else if (host_now() < no_snapshot_until_) {
+    return failure(ControlCode::Timeout, kNoSnapshot);
+  }
   control.snapshot_wanted.store(true, std::memory_order_release);
   const Timestamp begun = host_now();
   while (!stop.stop_requested() && host_now() - begun < kSnapshotPatience) {
@@ -191,7 +186,6 @@ ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
     }
     std::this_thread::sleep_for(kAnswerPollPeriod);
   }
-  control.snapshot_wanted.store(false, std::memory_order_release);
   no_snapshot_until_ = host_now() + kSnapshotPatience;
   return failure(ControlCode::Timeout, kNoSnapshot);
 }
@@ -311,31 +305,8 @@ ControlAnswer ControlWorker::adjust_camera(const ControlRequest& request, const 
   return order_camera(*camera, order, stop);
 }
 
-ControlAnswer ControlWorker::order_take(const ControlRequest& request, const std::stop_token& stop) {
-  if (links_.takes == nullptr) {
-    return failure(ControlCode::Unsupported, "this run records no takes: its images come from recordings");
-  }
-  TakeOrder order = request.take;
-  order.at = host_now();
-  order.by = request.by;
-  order.number = ++orders_;
-  if (!links_.takes->orders.try_push(order)) return not_answered("the recorder");
-  links_.takes->ordered.signal();
-  const Timestamp begun = host_now();
-  TakeDone answer;
-  while (!stop.stop_requested() && host_now() - begun < kTakePatience) {
-    while (links_.takes->done.try_pop(answer)) {
-      if (answer.order != order.number) continue;
-      ControlAnswer taken = failure(code_of(answer.outcome), answer.message);
-      taken.shots = std::move(answer.shots);
-      return taken;
-    }
-    std::this_thread::sleep_for(kAnswerPollPeriod);
-  }
-  return not_answered("the recorder");
-}
-
 ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& stop) {
+  await_takes(stop);
   ControlChannel& control = *links_.control;
   const std::uint64_t number = order.number = ++orders_;
   order.by = asker_;

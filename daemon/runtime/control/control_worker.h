@@ -22,9 +22,9 @@
 
 namespace mocap::runtime {
 
-/// The control thread: executes the requests of operators one after the other, and others while masks are learnt. It
-/// never blocks another thread: orders go to the other threads by queues. A request whose order is not answered in time
-/// is answered with Timeout.
+/// The control thread: executes the requests of operators one after the other, and others while masks are learnt or a
+/// take ends; only a change of the configuration waits for the end of a take. It never blocks another thread: orders go
+/// to the other threads by queues. A request whose order is not answered in time is answered with Timeout.
 class ControlWorker {
  public:
   /// All objects outlive the worker.
@@ -62,6 +62,15 @@ class ControlWorker {
     Timestamp begun{};
   };
 
+  /// A request that the recorder has not answered yet.
+  struct OrderedTake {
+    ControlRequest request;
+    std::uint64_t order = 0;
+    Timestamp begun{};
+  };
+  static constexpr std::size_t kMostTakeOrders = 4;  // the queue of their answers holds twice as many
+
+  std::optional<ControlAnswer> begin(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer execute(const ControlRequest& request, const std::stop_token& stop);
   void finish(const ControlRequest& request, const ControlAnswer& answer);
   void note_order(const ControlRequest& request, const ControlAnswer& answer);
@@ -82,7 +91,12 @@ class ControlWorker {
   ControlAnswer save_drawn(std::size_t camera, const std::vector<MaskPolygon>& polygons, const std::stop_token& stop);
   ControlAnswer forget_masks(std::size_t camera, const std::stop_token& stop);
   std::vector<std::vector<MaskPolygon>> learnt_masks() const;
-  ControlAnswer order_take(const ControlRequest& request, const std::stop_token& stop);
+  std::optional<ControlAnswer> begin_take(const ControlRequest& request);
+  void answer_takes();
+  void answer_take(std::vector<OrderedTake>::iterator take, const ControlAnswer& answer);
+  void await_takes(const std::stop_token& stop);
+  void give_up_takes();
+  Duration request_patience() const;
   ControlAnswer look_at_calibration(const CalibrationOrder& order, const std::stop_token& stop);
   ControlAnswer calibrate(const CalibrationOrder& order, const std::stop_token& stop);
   ControlAnswer order_calibration(CalibrationOrder order);
@@ -102,12 +116,14 @@ class ControlWorker {
   std::optional<Health> health_;
   std::unique_ptr<Snapshot> snapshot_;
   bool capturing_ = true;
-  Timestamp no_snapshot_until_;  // a request before is not worth waiting for: other requests wait behind it
-  std::vector<bool> away_;       // by SubjectId: removed by an operator
+  // Until a snapshot comes, a request before is not worth waiting for: other requests wait behind it.
+  Timestamp no_snapshot_until_;
+  std::vector<bool> away_;  // by SubjectId: removed by an operator
   std::uint64_t orders_ = 0;
   bool change_follows_ = false;
   AuditActor asker_;                      // of the request that is executed
   std::optional<MaskLearning> learning_;  // the request that waits for masks
+  std::vector<OrderedTake> takes_;        // the oldest first
   /// By camera: its drawn masks before each change, the newest last.
   std::map<std::string, std::deque<std::vector<MaskPolygon>>, std::less<>> drawn_before_;
   std::uint64_t calibration_order_ = 0;  // number of the newest order to the calibration
