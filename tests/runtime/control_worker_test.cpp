@@ -194,6 +194,7 @@ class TwoSnapshots final : public ControlServer {
       publisher_ = std::jthread([this](const std::stop_token& stop) { publish(stop); });
       const Timestamp deadline = host_now() + std::chrono::seconds(60);
       while (control_.snapshots.front() == nullptr && host_now() < deadline) std::this_thread::yield();
+      EXPECT_NE(control_.snapshots.front(), nullptr);
     }
     return request(ControlAction::GetSnapshot);
   }
