@@ -32,7 +32,7 @@ class SiteTest : public testing::Test {
   std::unique_ptr<wire::ZmqControl> control_ = *wire::ZmqControl::open({.endpoint = "tcp://127.0.0.1:*"});
   Hub hub_{"tcp://127.0.0.1:5570", host_now()};
   std::unique_ptr<ControlWorker> reads_ = worker(), changes_ = worker(), learning_ = worker();
-  TakeSite takes_{{}, kAtOnce};
+  TakeSite takes_{{}, "tcp://127.0.0.1:5570", kAtOnce};
   std::unique_ptr<PreflightSite> preflight_ = *PreflightSite::open({.endpoint = control_->endpoint()}, kAtOnce);
   Worker imports_;
   Site site_{{}, {hub_, *reads_, *changes_, *learning_, takes_, *preflight_, imports_, kAtOnce}};

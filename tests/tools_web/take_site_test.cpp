@@ -2,8 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <filesystem>
+#include <functional>
 #include <future>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 
 #include "support/temporary_folder.h"
 #include "take/example_take.h"
@@ -14,6 +19,7 @@ namespace take_site_test {
 using nlohmann::json;
 
 constexpr auto kLong = std::chrono::seconds(60);  // time limit of a failing test
+constexpr const char* kLocal = "tcp://127.0.0.1:5570";
 
 HttpReply ask(TakeSite& site, const std::string& path, const std::string& query = "", const std::string& body = "") {
   HttpRequest request;
@@ -33,7 +39,7 @@ const TakeSite::RunHere kAtOnce = [](const std::function<void()>& work) { work()
 TEST(TakeSite, AnswersAboutTheTakesOfAFolder) {
   const support::TemporaryFolder folder;
   take::record_example(folder.path() / "walk 3.mcap", 24);
-  TakeSite site(folder.path(), kAtOnce);
+  TakeSite site(folder.path(), kLocal, kAtOnce);
 
   EXPECT_EQ(json::parse(ask(site, "/api/v1/takes").body)["takes"][0]["name"], "walk 3");
   EXPECT_EQ(json::parse(ask(site, "/api/v1/takes/walk%203").body)["slate"], "12A");
@@ -48,7 +54,7 @@ TEST(TakeSite, AnswersAboutTheTakesOfAFolder) {
 TEST(TakeSite, RefusesWhatIsNotThere) {
   const support::TemporaryFolder folder;
   take::record_example(folder.path() / "walk.mcap", 3);
-  TakeSite site(folder.path() / "", kAtOnce);
+  TakeSite site(folder.path() / "", kLocal, kAtOnce);
 
   EXPECT_EQ(ask(site, "/api/v1/takes/run").status, 404);
   EXPECT_EQ(ask(site, "/api/v1/takes/walk/jump").status, 404);
@@ -63,21 +69,53 @@ TEST(TakeSite, RefusesWhatIsNotThere) {
   EXPECT_EQ(ask(site, "/takes/run.c3d").status, 404);
 }
 
-TEST(TakeSite, TakesTheFolderOfTheReportedTake) {
+TEST(TakeSite, TakesTheFolderOfTheTakeThatALocalDaemonReports) {
   const support::TemporaryFolder folder;
-  TakeSite site({}, kAtOnce);
-  EXPECT_THAT(ask(site, "/api/v1/takes").body, testing::HasSubstr("--takes FOLDER"));
-
-  site.note_take("relative/walk.mcap");
-  EXPECT_EQ(site.folder(), "");
-  site.note_take((folder.path() / "walk.mcap").string());
-  EXPECT_EQ(site.folder(), "") << "the take is on another machine, where a folder has the same path";
-
   folder.write("walk.mcap", "");
+  for (const char* feed : {kLocal, "tcp://localhost:5570", "ipc:///run/mocapd/feed"}) {
+    TakeSite site({}, feed, kAtOnce);
+
+    site.note_take((folder.path() / "walk.mcap").string());
+
+    EXPECT_EQ(ask(site, "/api/v1/takes").status, 200) << feed;
+    EXPECT_EQ(site.folder(), folder.path()) << feed;
+  }
+}
+
+TEST(TakeSite, ATakeHereIsNotThatOfARemoteDaemon) {
+  const support::TemporaryFolder folder;
+  folder.write("walk.mcap", "");
+  TakeSite site({}, "tcp://10.0.0.7:5570", kAtOnce);
+
   site.note_take((folder.path() / "walk.mcap").string());
 
-  EXPECT_EQ(ask(site, "/api/v1/takes").status, 200);
-  EXPECT_EQ(site.folder(), folder.path());
+  EXPECT_EQ(site.folder(), "");
+  const HttpReply reply = ask(site, "/api/v1/takes/walk/delete", "", "{}");
+  EXPECT_EQ(reply.status, 404);
+  EXPECT_THAT(reply.body, testing::HasSubstr("tcp://10.0.0.7:5570"));
+  EXPECT_THAT(reply.body, testing::HasSubstr("--takes FOLDER"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "walk.mcap"));
+}
+
+TEST(TakeSite, SaysWhyTheFolderIsUnknown) {
+  const support::TemporaryFolder folder;
+  folder.write("file", "");
+  TakeSite site({}, kLocal, kAtOnce);
+  site.note_take("");
+  EXPECT_THAT(ask(site, "/api/v1/takes").body, testing::HasSubstr("or record a take"));
+
+  for (const auto& [path, reason] : {std::pair<std::string, std::string>{"relative/walk.mcap", "relative"},
+                                     {folder.path() / "walk.mcap", "No such file"},
+                                     {folder.path() / "file" / "walk.mcap", "Not a directory"},
+                                     {folder.path(), "not a regular file"}}) {
+    site.note_take(path);
+
+    const std::string said = ask(site, "/api/v1/takes").body;
+    EXPECT_EQ(site.folder(), "") << path;
+    EXPECT_THAT(said, testing::HasSubstr("'" + path + "' is not readable here: "));
+    EXPECT_THAT(said, testing::HasSubstr(reason)) << path;
+    EXPECT_THAT(said, testing::Not(testing::HasSubstr("record a take"))) << path;
+  }
 }
 
 TEST(TakeSite, KnowsWhatChangesATake) {

@@ -77,7 +77,7 @@ void add_options(cli::App& app, Options& options) {
   cli::add_key_options(app, options.keys);
   app.add_option("--takes", options.server.takes,
                  "folder of the recorded takes, [takes] folder of the daemon; default: that of the take which the "
-                 "daemon reports, if it is on this machine")
+                 "daemon reports, if the endpoint is ipc or a loopback address and the take is readable")
       ->type_name("FOLDER");
   app.add_option("--listen", options.server.listen,
                  "address of this machine that browsers reach; 0.0.0.0 and ::: all. Beyond this machine "

@@ -91,7 +91,7 @@ Status Server::Impl::open_feed() {
   auto checker = PreflightSite::open(control, run_here());
   if (!checker) return checker.error();
   preflight = *std::move(checker);
-  takes = std::make_unique<TakeSite>(settings.takes, run_here());
+  takes = std::make_unique<TakeSite>(settings.takes, settings.feed, run_here());
   imports = std::make_unique<Worker>();
   wire::SubscriberSettings subscriber{.endpoint = settings.feed, .topics = {}, .keys = settings.keys};
   const auto topics = hub.topics();

@@ -14,7 +14,7 @@ struct ServerSettings {
   std::string feed = "tcp://127.0.0.1:5570";
   std::string control;  ///< empty: the port after the feed's
   wire::ClientKeys keys = {};
-  std::string takes;  ///< folder of the recorded takes; empty: that of the reported take, if it is here
+  std::string takes;  ///< folder of the recorded takes; empty: that of the take which a local daemon reports
   std::string listen = "127.0.0.1";
   std::uint16_t port = 5580;  ///< 0: any free port
   std::string certificate;    ///< PEM file; empty: no TLS

@@ -1,14 +1,21 @@
 #include "web/takes/take_site.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "web/query.h"
 #include "web/takes/take_files.h"
+#include "wire/endpoint.h"
 
 namespace mocap::web {
 namespace {
@@ -88,6 +95,15 @@ std::string version_of(const fs::path& file) {
   return fmt::format("{} {}", fs::file_size(file, error), fs::last_write_time(file, error).time_since_epoch().count());
 }
 
+// Empty: this process may read the take.
+std::string obstacle_to(const fs::path& take) {
+  if (!take.is_absolute()) return "the path is relative";
+  std::error_code error;
+  if (!fs::is_regular_file(take, error)) return error ? error.message() : "it is not a regular file";
+  if (::access(take.c_str(), R_OK) != 0) return std::generic_category().message(errno);
+  return {};
+}
+
 const char* name_of(ExportState state) {
   switch (state) {
     case ExportState::Waiting: return "waiting";
@@ -100,19 +116,37 @@ const char* name_of(ExportState state) {
 
 }  // namespace
 
-TakeSite::TakeSite(fs::path folder, RunHere run_here)
+TakeSite::TakeSite(fs::path folder, std::string feed, RunHere run_here)
     : folder_(std::move(folder)),
       folder_given_(!folder_.empty()),
+      feed_(std::move(feed)),
       run_here_(std::move(run_here)),
       exports_([](const ExportWish& wish, std::atomic<double>& progress,
                   const std::atomic<bool>& stopped) { return run_export(mocapctl_here(), wish, progress, stopped); },
                run_here_) {}
 
 void TakeSite::note_take(const std::string& path) {
-  // On another machine than the daemon's, the folder may exist with the takes of this machine.
-  const fs::path take(path);
-  std::error_code error;
-  if (!folder_given_ && take.is_absolute() && fs::is_regular_file(take, error)) folder_ = take.parent_path();
+  if (folder_given_ || !wire::is_local(feed_)) return;
+  reported_ = path;
+  obstacle_ = path.empty() ? "" : obstacle_to(path);
+  if (!path.empty() && obstacle_.empty()) folder_ = fs::path(path).parent_path();
+}
+
+std::string TakeSite::folder_unknown() const {
+  if (!wire::is_local(feed_)) {
+    return fmt::format(
+        "the daemon at '{}' may be on another machine, so the folder of its takes is not known: start "
+        "mocap-web with --takes FOLDER on the daemon's machine",
+        feed_);
+  }
+  if (reported_.empty()) {
+    return "the folder of the takes is not known: start mocap-web with --takes FOLDER on the daemon's machine, or "
+           "record a take";
+  }
+  return fmt::format(
+      "the daemon's take '{}' is not readable here: {}; start mocap-web with --takes FOLDER on the "
+      "daemon's machine, as a user who may read the takes",
+      reported_, obstacle_);
 }
 
 bool TakeSite::is_about_takes(std::string_view path) {
@@ -137,11 +171,7 @@ void TakeSite::reply_from(Worker& worker, std::function<HttpReply()> make, Done 
 void TakeSite::answer(const HttpRequest& request, Done done) {
   const auto query = read_query(request.query);
   if (!query) return done(take_fault(400, "CODE_INVALID", "the query has a broken escape"));
-  if (folder_.empty()) {
-    return done(take_fault(404, "CODE_NOT_FOUND",
-                           "the folder of the takes is not known: start mocap-web with --takes FOLDER on the daemon's "
-                           "machine, or record a take"));
-  }
+  if (folder_.empty()) return done(take_fault(404, "CODE_NOT_FOUND", folder_unknown()));
   if (request.path.starts_with(kTakesPath)) {
     const auto file_name = percent_decoded(std::string_view(request.path).substr(kTakesPath.size()));
     if (!file_name) return done(take_fault(400, "CODE_INVALID", "the path has a broken escape"));

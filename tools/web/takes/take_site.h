@@ -25,11 +25,12 @@ class TakeSite {
   using RunHere = std::function<void(std::function<void()>)>;
   using Done = std::function<void(HttpReply)>;
 
-  /// `folder`: of the takes; empty: that of the take which the daemon reports, if this take is on this machine.
-  TakeSite(std::filesystem::path folder, RunHere run_here);
+  /// `folder`: of the takes; empty: that of the take which the daemon reports, if the daemon is on this machine (its
+  /// endpoint `feed` is local, see wire::is_local) and the take is readable.
+  TakeSite(std::filesystem::path folder, std::string feed, RunHere run_here);
 
-  /// The path of the newest take that the daemon reports; it names the folder if none was given, and if the file exists
-  /// here.
+  /// The path of the newest take that the daemon reports; empty: none. On another machine than the daemon's, a take of
+  /// the same path is another take, so the path of a remote daemon names no folder.
   void note_take(const std::string& path);
   /// Empty: unknown.
   const std::filesystem::path& folder() const { return folder_; }
@@ -47,6 +48,8 @@ class TakeSite {
  private:
   using Query = std::map<std::string, std::string>;
 
+  /// Why the folder is unknown, and the remedy.
+  std::string folder_unknown() const;
   void answer_api(const HttpRequest& request, const std::string& name, const std::string& verb, const Query& query,
                   Done done);
   void answer_file(const std::string& file_name, const Query& query, Done done);
@@ -59,6 +62,9 @@ class TakeSite {
 
   std::filesystem::path folder_;
   bool folder_given_;
+  std::string feed_;
+  std::string reported_;  // path of the newest take that the daemon reports
+  std::string obstacle_;  // why the reported take is not readable here
   RunHere run_here_;
   std::shared_ptr<std::atomic<int>> downloads_ = std::make_shared<std::atomic<int>>(0);
   Exports exports_;
