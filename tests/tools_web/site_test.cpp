@@ -1,5 +1,6 @@
 #include "web/site.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -7,7 +8,9 @@
 #include <future>
 #include <memory>
 #include <string>
+#include <utility>
 
+#include "support/temporary_folder.h"
 #include "wire/zmq_control.h"
 
 namespace mocap::web {
@@ -29,10 +32,23 @@ class SiteTest : public testing::Test {
     return said->get_future();
   }
 
+  HttpReply answer_to(const std::string& method, const std::string& path) {
+    HttpRequest request;
+    request.method = method;
+    request.path = path;
+    request.host = "localhost";
+    std::promise<HttpReply> came;
+    site_.answer(request, [&](HttpReply reply) { came.set_value(std::move(reply)); });
+    auto reply = came.get_future();
+    EXPECT_EQ(reply.wait_for(kLong), std::future_status::ready);
+    return reply.get();
+  }
+
   std::unique_ptr<wire::ZmqControl> control_ = *wire::ZmqControl::open({.endpoint = "tcp://127.0.0.1:*"});
   Hub hub_{"tcp://127.0.0.1:5570", host_now()};
   std::unique_ptr<ControlWorker> reads_ = worker(), changes_ = worker(), learning_ = worker();
-  TakeSite takes_{{}, "tcp://127.0.0.1:5570", kAtOnce};
+  const support::TemporaryFolder folder_;
+  TakeSite takes_{folder_.path(), "tcp://127.0.0.1:5570", kAtOnce};
   std::unique_ptr<PreflightSite> preflight_ = *PreflightSite::open({.endpoint = control_->endpoint()}, kAtOnce);
   Worker imports_;
   Site site_{{}, {hub_, *reads_, *changes_, *learning_, takes_, *preflight_, imports_, kAtOnce}};
@@ -54,6 +70,18 @@ TEST_F(SiteTest, StopsATakeWhileAMaskIsLearnt) {
 
   control_->answer(learn->number, {});
   EXPECT_EQ(learnt.wait_for(kLong), std::future_status::ready);
+}
+
+TEST_F(SiteTest, LogsTheDownloadOfATakeAndNotTheQuestionForItsSize) {
+  folder_.write("walk.mcap", "bytes");
+
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(answer_to("HEAD", "/takes/walk.mcap").status, 200);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::Not(testing::HasSubstr("audit")));
+
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(answer_to("GET", "/takes/walk.mcap").status, 200);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("method=/takes/walk.mcap params= answer=200"));
 }
 
 }  // namespace site_test

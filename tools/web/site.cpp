@@ -132,7 +132,8 @@ void Site::answer_takes(const HttpRequest& request, const Visitor& visitor, std:
   if (!changes && !request.path.starts_with(kTakesPath)) return parts_.takes.answer(request, std::move(done));
   if (!changes) {
     return parts_.takes.answer(request, [visitor, request, done = std::move(done)](HttpReply reply) {
-      if (reply.status == 200) audit(visitor, request.remote, request.path, request.query, "200");
+      if (reply.status == 200 && request.method == "GET")
+        audit(visitor, request.remote, request.path, request.query, "200");
       done(std::move(reply));
     });
   }
