@@ -27,6 +27,7 @@ using bridge::testing::TestFrame;
 using bridge::testing::TestSubject;
 using ::testing::Contains;
 using ::testing::Field;
+using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr std::chrono::seconds kLimit(60);  // of a failing test
@@ -107,6 +108,51 @@ TEST_F(NatNetServer, AFurtherClientReplacesTheOneThatWasSilentForLongest) {
   EXPECT_THAT(receivers, Contains(fixed.is_receiver()));
   EXPECT_THAT(receivers, Contains(guests[0].is_receiver()));
   EXPECT_THAT(receivers, Not(Contains(guests[1].is_receiver())));
+}
+
+TEST_F(NatNetServer, ClientsThatNeverConnectReplaceOnlyEachOther) {
+  serve();
+  std::vector<Guest> guests(Server::kMaxClients - 1);
+  for (Guest& guest : guests) ASSERT_TRUE(connect(guest));
+  std::vector<Guest> askers(3);
+
+  for (const Guest& asker : askers) {
+    const std::uint64_t requests = statistics_.requests;
+    asker.send(Message::RequestModels, port_);
+    ASSERT_TRUE(serve_until([&] { return statistics_.requests > requests; }));
+  }
+
+  for (const Guest& guest : guests) EXPECT_THAT(server_->receivers(), Contains(guest.is_receiver()));
+  EXPECT_THAT(server_->receivers(), Contains(askers.back().is_receiver()));
+  EXPECT_EQ(server_->receivers().size(), Server::kMaxClients);
+
+  Guest further;
+  ASSERT_TRUE(connect(further));
+
+  for (const Guest& guest : guests) EXPECT_THAT(server_->receivers(), Contains(guest.is_receiver()));
+  EXPECT_THAT(server_->receivers(), Contains(further.is_receiver()));
+
+  const std::uint64_t requests = statistics_.requests;
+  askers[0].send(Message::RequestModels, port_);
+  ASSERT_TRUE(serve_until([&] { return statistics_.requests > requests; }));
+
+  EXPECT_THAT(server_->receivers(), Not(Contains(askers[0].is_receiver())));
+  EXPECT_THAT(server_->receivers(), Contains(guests[0].is_receiver()));
+}
+
+TEST_F(NatNetServer, TheLogNamesTheClientThatWasReplaced) {
+  serve();
+  std::vector<Guest> guests(Server::kMaxClients);
+  for (Guest& guest : guests) ASSERT_TRUE(connect(guest));
+  Guest further;
+
+  ::testing::internal::CaptureStderr();
+  const bool first = connect(further);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(first);
+
+  EXPECT_THAT(said, HasSubstr("client " + to_string(guests[0].peer()) + " gets no more frames"));
+  EXPECT_THAT(said, HasSubstr(to_string(further.peer())));
 }
 
 TEST_F(NatNetServer, AFixedReceiverThatStartsLaterGetsTheDescriptions) {

@@ -4,6 +4,8 @@
 #include <sys/epoll.h>
 
 #include <algorithm>
+#include <array>
+#include <tuple>
 #include <utility>
 
 #include "bridges/lib/feed_source.h"
@@ -21,6 +23,8 @@ constexpr std::string_view kProgram = "mocap-natnet";
 constexpr std::int64_t kHold_ns = 1'000'000'000;
 // A receiver of --to that starts later than this program waits at most this long for the descriptions.
 constexpr std::int64_t kDescribe_ns = 3'000'000'000;
+// The bound on the log of a flood of clients. The replacements between two lines are counted.
+constexpr std::int64_t kTellReplaced_ns = 10'000'000'000;
 
 std::array<std::uint8_t, 4> bytes_of(std::uint32_t address) {
   return {static_cast<std::uint8_t>(address >> 24U), static_cast<std::uint8_t>(address >> 16U),
@@ -84,10 +88,10 @@ void Server::handle(const Peer& from, const Request& request) {
     connect(from, request);
     client = known(from);
   }
-  if (client == nullptr) client = join(from);
+  if (client == nullptr) client = join(from, /*connected=*/false);
   if (client == nullptr) return;
   client->heard_ns = monotonic_ns();
-  if (request.message == Message::KeepAlive) client->keeps_alive = true;
+  if (request.message == Message::KeepAlive) client->keeps_alive = client->connected = true;
   if (request.message == Message::RequestModels) send_models(from, *client);
   if (request.message == Message::Request) command(from, *client, request.text);
 }
@@ -98,28 +102,42 @@ Server::Client* Server::known(const Peer& from) {
 }
 
 // Frames are held until the client got the descriptions.
-Server::Client* Server::join(const Peer& from) {
-  if (clients_.size() >= kMaxClients && !drop_most_silent()) return nullptr;
+Server::Client* Server::join(const Peer& from, bool connected) {
+  if (clients_.size() >= kMaxClients && !replace_most_silent(from, connected)) return nullptr;
   const std::int64_t now_ns = monotonic_ns();
-  return &clients_.emplace(from, Client{options_.settings, now_ns, now_ns}).first->second;
+  const Client joined{.settings = options_.settings, .heard_ns = now_ns, .held_ns = now_ns, .connected = connected};
+  return &clients_.emplace(from, joined).first->second;
 }
 
-bool Server::drop_most_silent() {
-  const auto silent = std::min_element(clients_.begin(), clients_.end(), [](const auto& one, const auto& other) {
-    if (one.second.fixed != other.second.fixed) return other.second.fixed;
-    return one.second.heard_ns < other.second.heard_ns;
+bool Server::replace_most_silent(const Peer& by, bool connected) {
+  const auto worth = [](const Client& client) { return std::tuple(client.fixed, client.connected, client.heard_ns); };
+  const auto least = std::min_element(clients_.begin(), clients_.end(), [&](const auto& one, const auto& other) {
+    return worth(one.second) < worth(other.second);
   });
-  if (silent == clients_.end() || silent->second.fixed) return false;
-  clients_.erase(silent);
+  if (least == clients_.end() || least->second.fixed || (least->second.connected && !connected)) return false;
+  tell_replaced(least->first, by);
+  clients_.erase(least);
   return true;
+}
+
+void Server::tell_replaced(const Peer& old, const Peer& by) {
+  const std::int64_t now_ns = monotonic_ns();
+  ++replaced_untold_;
+  if (replacement_told_ns_ && now_ns - *replacement_told_ns_ < kTellReplaced_ns) return;
+  bridge::say(kProgram, fmt::format("warning: client {} gets no more frames: client {} has its place, because at most "
+                                    "{} clients are served; replaced since the last such line: {}",
+                                    bridge::to_string(old), bridge::to_string(by), kMaxClients,
+                                    std::exchange(replaced_untold_, 0)));
+  replacement_told_ns_ = now_ns;
 }
 
 void Server::connect(const Peer& from, const Request& request) {
   Client* client = known(from);
-  if (client == nullptr) client = join(from);
+  if (client == nullptr) client = join(from, /*connected=*/true);
   if (client == nullptr) return;
   const std::int64_t now_ns = monotonic_ns();
-  *client = Client{.settings = options_.settings, .heard_ns = now_ns, .held_ns = now_ns, .fixed = client->fixed};
+  *client = Client{
+      .settings = options_.settings, .heard_ns = now_ns, .held_ns = now_ns, .fixed = client->fixed, .connected = true};
   if (!options_.group) {  // all receivers of a multicast share its version
     if (request.wanted) client->settings.version = nearest(*request.wanted);
     client->settings.subscribed_only = request.subscribed_only;

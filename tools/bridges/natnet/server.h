@@ -32,12 +32,14 @@ struct ServerOptions {
   double forget_after_s = 3600.0;  ///< a silent client that never sent a keep-alive
 };
 
-/// The server of NatNet clients. A client's first message is CONNECT; a known client has settings of its own.
+/// The server of NatNet clients. A client's first message is CONNECT; a known client has settings of its own. A program
+/// that asks without CONNECT gets frames too, but never takes the place of a connected client.
 class Server : public bridge::Protocol {
  public:
   /// A client that sent a keep-alive is forgotten after this time without one.
   static constexpr std::int64_t kKeepAlive_ns = 60'000'000'000;
-  /// With the receivers of `to`. A further client replaces the one that was silent for longest.
+  /// With the receivers of `to`. A further client replaces the one that was silent for longest: of the clients that
+  /// never connected, or, if there is none and the further client connects, of the connected ones.
   static constexpr std::size_t kMaxClients = 64;
 
   Server(ServerOptions options, bridge::Statistics& statistics);
@@ -55,15 +57,17 @@ class Server : public bridge::Protocol {
     std::int64_t held_ns = 0;  // when frames were held back for this client; 0: it gets frames
     bool keeps_alive = false;  // it sent a keep-alive
     bool fixed = false;        // never forgotten: an option names it, or it is the multicast group
+    bool connected = false;    // it sent CONNECT or a keep-alive
   };
 
   void receive(const bridge::Peer& from, std::string_view packet);
   void handle(const bridge::Peer& from, const Request& request);
   void connect(const bridge::Peer& from, const Request& request);
   Client* known(const bridge::Peer& from);
-  /// Null if `to` fills the list.
-  Client* join(const bridge::Peer& from);
-  bool drop_most_silent();
+  /// Adds a client; null if the list is full of clients that the new one may not replace.
+  Client* join(const bridge::Peer& from, bool connected);
+  bool replace_most_silent(const bridge::Peer& by, bool connected);
+  void tell_replaced(const bridge::Peer& old, const bridge::Peer& by);
   void command(const bridge::Peer& from, Client& client, std::string_view text);
   void send_server_info(const bridge::Peer& to, Version version);
   void send_models(const bridge::Peer& to, Client& client);
@@ -80,8 +84,10 @@ class Server : public bridge::Protocol {
   PacketWriter writer_;
   std::map<bridge::Peer, Client> clients_;
   std::int64_t described_ns_ = 0;  // when the fixed receivers got the descriptions that nobody asked for
-  bool too_large_ = false;         // a packet was larger than UDP allows, which is logged once
-  bool refused_ = false;           // the kernel refused a packet, which is logged once
+  std::optional<std::int64_t> replacement_told_ns_;  // when the last replacement was logged
+  std::uint64_t replaced_untold_ = 0;                // since then
+  bool too_large_ = false;                           // a packet was larger than UDP allows, which is logged once
+  bool refused_ = false;                             // the kernel refused a packet, which is logged once
 };
 
 }  // namespace mocap::natnet
