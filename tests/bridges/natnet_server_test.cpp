@@ -43,7 +43,9 @@ class Guest {
     EXPECT_TRUE(socket_.has_value()) << fault;
   }
 
-  void send(Message message, std::uint16_t port) const { socket_->send({INADDR_LOOPBACK, port}, packet(message)); }
+  void send(Message message, std::uint16_t port, std::string_view text = {}) const {
+    socket_->send({INADDR_LOOPBACK, port}, packet(message).append(text));
+  }
   Peer peer() const { return socket_->bound(); }
   auto is_receiver() const { return Field(&bridge::Receiver::address, to_string(peer())); }
   // How many packets of this kind came until now.
@@ -59,8 +61,9 @@ class Guest {
 
 class NatNetServer : public ::testing::Test {
  protected:
-  void serve(std::vector<Peer> to = {}) {
+  void serve(std::vector<Peer> to = {}, double forget_after_s = 3600.0) {
     ServerOptions options;
+    options.forget_after_s = forget_after_s;
     options.command_port = port_;
     options.to = std::move(to);
     server_.emplace(options, statistics_);
@@ -176,6 +179,42 @@ TEST_F(NatNetServer, AFixedReceiverIsAnsweredAndStaysAfterItsDisconnect) {
   EXPECT_TRUE(serve_until([&] { return statistics_.requests > requests; }));
 
   EXPECT_THAT(server_->receivers(), Contains(fixed.is_receiver()));
+}
+
+TEST_F(NatNetServer, AFixedReceiverHasTheSettingsOfTheOptionsAgainOnceItIsForgotten) {
+  Guest fixed;
+  serve({fixed.peer()});
+  const auto settings = [&] { return server_->receivers().at(0).settings; };
+  const std::string before = settings();
+
+  for (const bool by_command : {false, true}) {
+    fixed.send(Message::Request, port_, "SetProperty,,Up Axis,Z-Axis");
+    fixed.send(Message::Request, port_, "Bitstream,4.1");
+    ASSERT_TRUE(serve_until([&] { return settings().starts_with("4.1 z-up"); })) << settings();
+
+    if (by_command) fixed.send(Message::Request, port_, "Disconnect");
+    if (!by_command) fixed.send(Message::Disconnect, port_);
+
+    EXPECT_TRUE(serve_until([&] { return settings() == before; })) << settings();
+  }
+}
+
+TEST_F(NatNetServer, ASilentFixedReceiverHasTheSettingsOfTheOptionsAgain) {
+  Guest fixed;
+  serve({fixed.peer()}, /*forget_after_s=*/0.5);
+  const std::string before = server_->receivers().at(0).settings;
+  const TestFrame frame({TestSubject{}});
+
+  fixed.send(Message::Request, port_, "Bitstream,4.1");
+  EXPECT_TRUE(serve_until(
+      [&] { return fixed.received(Message::Response) > 0 && server_->receivers().at(0).settings == before; }));
+
+  server_->take(frame.get(), false);
+  EXPECT_EQ(fixed.received(Message::Frame), 0) << "before the descriptions of its version";
+  EXPECT_TRUE(serve_until([&] {
+    server_->take(frame.get(), false);
+    return fixed.received(Message::Frame) > 0;
+  }));
 }
 
 }  // namespace natnet_server_test

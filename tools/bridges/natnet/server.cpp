@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
@@ -237,7 +238,6 @@ void Server::lose(const ClientFrame* last) {
 }
 
 bool Server::is_silent(const Client& client, std::int64_t now_ns) const {
-  if (client.fixed) return false;
   const auto patience_ns =
       client.keeps_alive ? kKeepAlive_ns : static_cast<std::int64_t>(options_.forget_after_s * 1e9);
   return now_ns - client.heard_ns > patience_ns;
@@ -245,7 +245,11 @@ bool Server::is_silent(const Client& client, std::int64_t now_ns) const {
 
 void Server::tick() {
   const std::int64_t now_ns = monotonic_ns();
-  std::erase_if(clients_, [&](const auto& entry) { return is_silent(entry.second, now_ns); });
+  for (auto entry = clients_.begin(); entry != clients_.end();) {
+    const auto next = std::next(entry);
+    if (is_silent(entry->second, now_ns)) forget(entry->first);
+    entry = next;
+  }
   for (auto& [peer, client] : clients_) {
     if (client.held_ns != 0 && now_ns - client.held_ns > kHold_ns) send_models(peer, client);
   }
@@ -256,9 +260,18 @@ void Server::tick() {
   }
 }
 
+// A fixed receiver that got another version than that of the options gets no frame before it got the descriptions.
 void Server::forget(const Peer& peer) {
-  const Client* client = known(peer);
-  if (client != nullptr && !client->fixed) clients_.erase(peer);
+  const auto found = clients_.find(peer);
+  if (found == clients_.end()) return;
+  Client& client = found->second;
+  if (!client.fixed) {
+    clients_.erase(found);
+    return;
+  }
+  const bool same_version = client.settings.version == options_.settings.version;
+  client =
+      Client{.settings = options_.settings, .held_ns = same_version ? client.held_ns : monotonic_ns(), .fixed = true};
 }
 
 std::vector<bridge::Receiver> Server::receivers() const {

@@ -56,7 +56,7 @@ class Server : public bridge::Protocol {
     std::int64_t heard_ns = 0;
     std::int64_t held_ns = 0;  // when frames were held back for this client; 0: it gets frames
     bool keeps_alive = false;  // it sent a keep-alive
-    bool fixed = false;        // never forgotten: an option names it, or it is the multicast group
+    bool fixed = false;        // an option names it, or it is the multicast group: forget() leaves it in the list
     bool connected = false;    // it sent CONNECT or a keep-alive
   };
 
@@ -74,6 +74,7 @@ class Server : public bridge::Protocol {
   void send_models_to_all();
   void send_frames();
   void send(const bridge::Peer& to, std::string_view packet);
+  /// Removes a client; puts a fixed one back to the settings of the options.
   void forget(const bridge::Peer& peer);
   bool is_silent(const Client& client, std::int64_t now_ns) const;
 
