@@ -3,11 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
+#include <string_view>
+#include <utility>
 
 #include "support/places.h"
 #include "support/shell.h"
@@ -20,11 +24,31 @@
 namespace mocap::watch {
 namespace take_player_test {
 
+using ::testing::HasSubstr;
+
 class TakePlayerOfAnExample : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_NO_FATAL_FAILURE(take::record_example(path(), 40)); }
 
   std::filesystem::path path() const { return folder_.path() / "walk-3.mcap"; }
+
+  take::mcap::ChunkIndex second_chunk() const { return take::TakeReader::open(path())->mcap().summary().chunks.at(1); }
+
+  void overwrite(std::uint64_t offset, std::string_view bytes) const {
+    std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(offset));
+    file << bytes;
+  }
+
+  // The errors that the program prints, and the count of its summary.
+  std::pair<std::string, int> play() const {
+    const auto summary = folder_.path() / "summary.json";
+    const std::string said =
+        support::output_of(support::quoted(support::program_folder() + "/mocap-watch") + " " + support::quoted(path()) +
+                           " --json --summary " + support::quoted(summary) + " 2>&1 >/dev/null");
+    std::ifstream in(summary);
+    return {said, nlohmann::json::parse(in).at("unreadable").get<int>()};
+  }
 
   support::TemporaryFolder folder_;
 };
@@ -78,23 +102,38 @@ TEST_F(TakePlayerOfAnExample, RemovesTheClockOfMessagesThatAreShownLater) {
 }
 
 TEST_F(TakePlayerOfAnExample, TheProgramNamesAndCountsADamagedPart) {
-  const std::vector<take::mcap::ChunkIndex> chunks = take::TakeReader::open(path())->mcap().summary().chunks;
-  ASSERT_GT(chunks.size(), 2U);
-  {
-    std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(static_cast<std::streamoff>(chunks[1].offset + chunks[1].length / 2));
-    file << "damage";
-  }
-  const auto summary = folder_.path() / "summary.json";
+  const take::mcap::ChunkIndex chunk = second_chunk();
+  overwrite(chunk.offset + chunk.length / 2, "damage");
 
-  const std::string said =
-      support::output_of(support::quoted(support::program_folder() + "/mocap-watch") + " " + support::quoted(path()) +
-                         " --json --summary " + support::quoted(summary) + " 2>&1 >/dev/null");
+  const auto [said, unreadable] = play();
 
-  EXPECT_THAT(said, ::testing::HasSubstr("mocap-watch: passed over 1 unreadable part"));
-  EXPECT_THAT(said, ::testing::HasSubstr("walk-3.mcap"));
-  std::ifstream in(summary);
-  EXPECT_EQ(nlohmann::json::parse(in).at("unreadable"), 1);
+  EXPECT_THAT(said, HasSubstr("mocap-watch: passed over 1 unreadable part"));
+  EXPECT_THAT(said, HasSubstr("walk-3.mcap"));
+  EXPECT_EQ(unreadable, 1);
+}
+
+TEST_F(TakePlayerOfAnExample, TheProgramNamesAndCountsADamagedPartOfATakeWithoutAnIndex) {
+  const take::mcap::ChunkIndex chunk = second_chunk();
+  overwrite(chunk.offset + chunk.length / 2, "damage");
+  std::filesystem::resize_file(path(), std::filesystem::file_size(path()) - 1);
+
+  const auto [said, unreadable] = play();
+
+  EXPECT_THAT(said, HasSubstr("mocap-watch: passed over 1 unreadable part"));
+  EXPECT_THAT(said, HasSubstr("walk-3.mcap"));
+  EXPECT_THAT(said, HasSubstr("byte " + std::to_string(chunk.offset)));
+  EXPECT_EQ(unreadable, 1);
+}
+
+TEST_F(TakePlayerOfAnExample, TheProgramNamesAndCountsAPartOfAnUnknownCompression) {
+  constexpr std::uint64_t kCompression = 41;  // offset of the name of the compression in the record of a chunk
+  overwrite(second_chunk().offset + kCompression, "????");
+
+  const auto [said, unreadable] = play();
+
+  EXPECT_THAT(said, HasSubstr("mocap-watch: passed over 1 unreadable part"));
+  EXPECT_THAT(said, HasSubstr("????"));
+  EXPECT_EQ(unreadable, 1);
 }
 
 TEST(TakePlayer, FailsWithoutItsFile) {

@@ -124,20 +124,18 @@ class Watch {
            (options_.seconds && to_s(host_now() - started_) >= *options_.seconds);
   }
 
-  // Processes all waiting messages, so that the display shows the newest state.
+  // Processes all waiting messages, so that the display shows the newest state. A fault ends the row: a source that
+  // fails again and again does not stop the display.
   bool drain() {
     Result<wire::FeedMessage> message = source_.next(kPatience);
-    while (message || message.error().code == ErrorCode::InvalidArgument) {
-      if (!message) {
-        feed_.note_fault(message.error().message);
-      } else {
-        const v1::Snapshot* snapshot = feed_.take(*message, host_now());
-        if (snapshot != nullptr && options_.json && !print(*snapshot)) return false;
-      }
+    for (; message; message = source_.next(Duration(0))) {
+      const v1::Snapshot* snapshot = feed_.take(*message, host_now());
+      if (snapshot != nullptr && options_.json && !print(*snapshot)) return false;
       if (over()) return true;
-      message = source_.next(Duration(0));
     }
-    ended_ = message.error().code == ErrorCode::EndOfStream;
+    const Error& fault = message.error();
+    ended_ = fault.code == ErrorCode::EndOfStream;
+    if (!ended_ && fault.code != ErrorCode::Timeout) feed_.note_fault(fault.message);
     return true;
   }
 

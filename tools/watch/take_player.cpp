@@ -1,5 +1,7 @@
 #include "watch/take_player.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <string>
 #include <thread>
@@ -44,6 +46,10 @@ Result<TakePlayer> TakePlayer::open(const std::filesystem::path& take, PlayPace 
 }
 
 Result<wire::FeedMessage> TakePlayer::next(Duration patience) {
+  if (const auto& damages = take_->mcap().damages(); named_damages_ < damages.size()) {
+    const std::string& what = damages[named_damages_++].what;
+    return Error{ErrorCode::InvalidArgument, fmt::format("'{}', {}", take_->mcap().path(), what)};
+  }
   if (!coming_) {
     const Result<std::optional<take::TakeRecord>> record = cursor_.next();
     if (!record) return record.error();

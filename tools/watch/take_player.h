@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -23,7 +24,8 @@ class TakePlayer {
   static Result<TakePlayer> open(const std::filesystem::path& take, PlayPace pace);
 
   /// The next message. Fails with Timeout if it is not due within `patience`, with EndOfStream after the last one, and
-  /// with InvalidArgument for a damaged part of the take (the next message may be valid).
+  /// with another code for each unreadable part of the take (the next message may be valid): first for the parts that
+  /// open() found damaged, because a take without a valid index is read from its begin then.
   Result<wire::FeedMessage> next(Duration patience);
 
  private:
@@ -31,6 +33,7 @@ class TakePlayer {
   bool wait_until_due(Timestamp at, Duration patience);
 
   std::unique_ptr<take::TakeReader> take_;  // keeps its address, which the cursor needs
+  std::size_t named_damages_ = 0;
   take::TakeCursor cursor_;
   PlayPace pace_;
   std::optional<take::TakeRecord> coming_;
