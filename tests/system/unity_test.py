@@ -77,6 +77,9 @@ class Package(unittest.TestCase):
         self.assertEqual(set(self.manifest["dependencies"]), {"com.unity.modules.animation", "com.unity.modules.physics"})
         self.assertEqual(self.tarball.name, f"{self.manifest['name']}-{self.manifest['version']}.tgz")
         self.assertIn("## " + self.manifest["version"], (self.root / "CHANGELOG.md").read_text())
+        readme = (self.root / "README.md").read_text()
+        self.assertIn(self.tarball.name, readme)
+        self.assertIn(f"Assets/Samples/{self.manifest['displayName']}/{self.manifest['version']}/", readme)
         for name in ("README.md", "LICENSE.md", "Third Party Notices.md"):
             self.assertGreater((self.root / name).stat().st_size, 100, name)
 
@@ -285,6 +288,9 @@ class Components(unittest.TestCase):
             self.assertEqual(said[component], said["status"])
         self.assertEqual((said["prop_tracked"], said["shown_markers"], said["shown_lines"], said["markers"]), (False, 0, 0, []))
         self.assert_near(said["hips"], [0, 2, 0], "the character stands where it was, although the Animator moved it")
+
+    def test_a_receiver_that_was_written_for_version_0_2_0_compiles(self):
+        self.compile("library", "OldReceiver.dll", ["UnityEngine.dll", "Mocapd.dll"], [STAND_INS / "OldReceiver.cs"])
 
     def test_a_component_names_what_the_feed_has_instead(self):
         said = self.show(bones=["Hips"])

@@ -17,8 +17,8 @@ public abstract class MocapReceiver : MonoBehaviour {
   protected abstract void Show(Frame frame, bool isNew);
 
   /// Shows that there is no frame. Called instead of Show in each LateUpdate before the first frame, and while the feed is
-  /// silent.
-  protected abstract void ShowNothing();
+  /// silent. Without an override the component keeps what it showed last: a receiver of version 0.2.0 has none.
+  protected virtual void ShowNothing() { }
 
   /// The state, in one line. Only called if somebody reads Status, so that a frame makes no garbage.
   protected abstract string Describe();
