@@ -20,7 +20,7 @@ struct Source {
   std::optional<TomlTable> table;
 };
 
-std::string source_of(const Source& source, std::string_view key) {
+std::string source_of(const Source& source, const Key& key) {
   const auto line = source.table ? source.table->line_of(key) : std::nullopt;
   return line ? fmt::format("{}:{}", source.file.string(), *line) : "default";
 }
@@ -29,7 +29,7 @@ void add(InForce& all, const std::string& prefix, const KeyList& list, const Sou
   for (const ListedKey& listed : list.entries()) {
     if (listed.value.empty()) continue;
     all.settings.push_back(
-        {fmt::format("{}.{}", prefix, listed.key.name), listed.value, source_of(source, listed.key.name)});
+        {fmt::format("{}.{}", prefix, listed.key.name), listed.value, source_of(source, listed.key)});
   }
 }
 
@@ -96,7 +96,8 @@ void add_masks(InForce& all, const DaemonSettings& settings, const std::filesyst
     std::optional<TomlTable> table = masks ? masks->root().table(camera.name, camera.name) : std::nullopt;
     const auto size = table ? table->list("size", {2}) : std::nullopt;
     const bool from_state = size && (*size)[0] == camera.width_px && (*size)[1] == camera.height_px;
-    const std::string source = from_state ? source_of({file, table}, kind.key) : settings.capture.rig_file.string();
+    const std::string source =
+        from_state ? source_of({file, table}, {.name = kind.key}) : settings.capture.rig_file.string();
     all.settings.push_back({fmt::format("rig.{}.{}", camera.name, kind.key),
                             fmt::format("{} polygons", (camera.*kind.of).size()),
                             (camera.*kind.of).empty() && !from_state ? "default" : source});

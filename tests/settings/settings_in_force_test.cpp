@@ -63,6 +63,19 @@ TEST_F(SettingsInForce, HaveTheFileAndTheLineThatTheyComeFrom) {
   EXPECT_EQ(find(*all, "rig.west.mask_learnt").from, state_.learnt_masks.string() + ":6");
 }
 
+TEST_F(SettingsInForce, HaveTheLineOfAFormerName) {
+  const auto config = folder_.write("former.toml",
+                                    "[track]\nbirth_speed_px_s = 700\n[capture]\nrig = \"rig.toml\"\n"
+                                    "[[camera]]\nname = \"west\"\ndriver = \"replay\"\nfolder = \"/tmp\"\n");
+
+  const auto all = settings_in_force(config, {});
+
+  ASSERT_TRUE(all) << to_text(all.error());
+  const SettingInForce speed = find(*all, "track.initial_speed_px_s");
+  EXPECT_EQ(speed.value, "700");
+  EXPECT_EQ(speed.from, config.string() + ":2");
+}
+
 TEST_F(SettingsInForce, HaveRelativeNamesOfWrittenFilesInTheStateFolder) {
   folder_.write("state/added_subjects.toml", added("ben"));
 

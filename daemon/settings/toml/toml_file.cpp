@@ -307,8 +307,8 @@ void TomlTable::move_to(const std::filesystem::path& folder, std::string_view ke
   if (!path.empty() && path.is_relative()) field = (folder / path).lexically_normal();
 }
 
-std::optional<std::uint32_t> TomlTable::line_of(std::string_view key) const {
-  const toml::node* node = state_->table->get(key);
+std::optional<std::uint32_t> TomlTable::line_of(const Key& key) const {
+  const toml::node* node = state_->table->get(has(key.name) ? key.name : key.doc.formerly);
   return node == nullptr ? std::nullopt : std::optional<std::uint32_t>(node->source().begin.line);
 }
 

@@ -48,8 +48,8 @@ class TomlTable final : public KeyVisitor {
 
   /// Sets `field` to the path of the key in `folder` instead of the file's own folder, if it is relative.
   void move_to(const std::filesystem::path& folder, std::string_view key, std::filesystem::path& field) const;
-  /// The line of the key, from 1; nothing if the key is absent.
-  std::optional<std::uint32_t> line_of(std::string_view key) const;
+  /// The line of the key or, if absent, of its former name, from 1; nothing if both are absent.
+  std::optional<std::uint32_t> line_of(const Key& key) const;
   /// Searches the file that the key names: relative to this file, then in the folder of the shipped files. Empty if the
   /// key is absent or no text.
   FoundFile shipped_file(std::string_view key) const;
