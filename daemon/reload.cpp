@@ -60,13 +60,21 @@ settings::Faults timecode_faults(const settings::DaemonSettings& settings, const
 }
 
 // Saves masks: to the state folder if there is one, otherwise to the rig file. `rig`: the cameras whose masks change.
-Status save_masks(const Configuration& now, const Rig& rig, const settings::MaskKind& kind,
-                  const std::filesystem::path& state_file) {
-  if (now.state.exist()) return settings::write_masks(state_file, rig, kind);
-  return settings::save_masks(now.settings->capture.rig_file, rig, kind);
+// Returns a message about cameras whose masks have no place in the rig file; empty: none.
+Result<std::string> save_masks(const Configuration& now, const Rig& rig, const settings::MaskKind& kind,
+                               const std::filesystem::path& state_file) {
+  if (now.state.exist()) {
+    const Status written = settings::write_masks(state_file, rig, kind);
+    return written ? Result<std::string>(std::string()) : written.error();
+  }
+  const std::filesystem::path& file = now.settings->capture.rig_file;
+  const auto without_place = settings::save_masks(file, rig, kind);
+  if (!without_place) return without_place.error();
+  return without_place->empty() ? std::string() : settings::no_place_for_masks(file, *without_place);
 }
 
-Status save_learnt_masks(const Configuration& now, const std::vector<std::vector<MaskPolygon>>& masks) {
+// Returns the message of save_masks.
+Result<std::string> save_learnt_masks(const Configuration& now, const std::vector<std::vector<MaskPolygon>>& masks) {
   Rig rig = now.settings->rig;
   for (std::size_t i = 0; i < rig.size(); ++i) rig[i].learnt_masks = masks[i];
   return save_masks(now, rig, settings::kLearntMasks, now.state.learnt_masks);
@@ -82,7 +90,9 @@ Status save_drawn_masks(const Configuration& now, const runtime::DrawnMasks& dra
                     camera.name)};
   }
   camera.masks = drawn.polygons;
-  return save_masks(now, {camera}, settings::kDrawnMasks, now.state.drawn_masks);
+  const auto unsaved = save_masks(now, {camera}, settings::kDrawnMasks, now.state.drawn_masks);
+  if (!unsaved) return unsaved.error();
+  return unsaved->empty() ? Status() : Error{ErrorCode::InvalidArgument, *unsaved};
 }
 
 // Adds a subject: to the file in the state folder if there is one, otherwise to the configuration.
@@ -172,7 +182,12 @@ std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const
     return nullptr;
   }
   Status saved;
-  if (!order.masks.empty()) saved = save_learnt_masks(now, order.masks);
+  std::string unsaved;
+  if (!order.masks.empty()) {
+    const auto learnt = save_learnt_masks(now, order.masks);
+    saved = learnt ? Status() : learnt.error();
+    if (learnt && !learnt->empty()) unsaved = *learnt + "; the learnt masks of all other cameras are saved\n";
+  }
   if (saved && order.drawn) saved = save_drawn_masks(now, *order.drawn);
   if (saved && !order.marker_set_text.empty()) {
     saved = save_subject_with_text(now, order.subject, order.marker_set_text);
@@ -193,8 +208,8 @@ std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const
     answer.message = now.file.string() + ": " + free.error().message;
     return nullptr;
   }
-  answer.done = true;
-  answer.message = now.file.string() + " is in force; unchanged subjects, cameras and recordings continue";
+  answer.done = unsaved.empty();
+  answer.message = unsaved + now.file.string() + " is in force; unchanged subjects, cameras and recordings continue";
   return std::make_unique<settings::DaemonSettings>(*std::move(read));
 }
 

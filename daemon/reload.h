@@ -24,7 +24,8 @@ Result<settings::DaemonSettings, settings::Faults> load_checked(const std::files
 
 /// Executes an order: saves masks or a rig and adds the new subject, if any, then reloads the configuration.
 /// Sets `answer` for the operator. Returns the new settings, or null if a step failed and the daemon keeps its
-/// settings. Main thread.
+/// settings. If learnt masks of some cameras have no place in the rig file, the answer is a failure that names them,
+/// and the new settings have the other masks. Main thread.
 std::unique_ptr<settings::DaemonSettings> reload(const Configuration& now, const runtime::MainOrder& order,
                                                  runtime::MainDone& answer);
 

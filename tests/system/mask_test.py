@@ -91,6 +91,18 @@ class Masks(unittest.TestCase):
         self.assertEqual(self.calibrate("empty", "--clear").returncode, 0)
         self.assertEqual(self.rig().read_text(), original)
 
+    def test_a_camera_that_the_rig_lacks_is_named_and_the_masks_of_the_others_are_written(self):
+        self.rig().write_text(re.sub(r"\[cam4\]\n(?:[^\[\n].*\n)*", "", self.rig().read_text()))
+        config = self.config("empty")
+        config.write_text(config.read_text().replace("[capture]", "[capture]\nneeds_rig = false"))
+
+        learnt = self.calibrate("empty", config=config)
+
+        self.assertEqual(learnt.returncode, 78, learnt.stderr)
+        self.assertIn("has no camera 'cam4': these masks have no place and are not saved", learnt.stderr)
+        self.assertIn("written; restart mocapd", learnt.stdout)
+        self.assertEqual(self.rig().read_text().count("mask_learnt"), 3)
+
     def test_a_walking_person_is_reported_and_not_masked(self):
         learnt = self.calibrate("take", frames=240)
 

@@ -31,7 +31,8 @@ class Learner {
 
   Result<RunState> handle(const Image& image) {
     if (!learner_) {
-      if (image.width_px != model_.width_px || image.height_px != model_.height_px) {
+      const bool has_size = model_.width_px != 0;  // a camera that is not in the rig may have none
+      if (has_size && (image.width_px != model_.width_px || image.height_px != model_.height_px)) {
         return Error{ErrorCode::InvalidArgument,
                      fmt::format("camera '{}': images are {}x{}, the rig was calibrated at {}x{}", model_.name,
                                  image.width_px, image.height_px, model_.width_px, model_.height_px)};
@@ -145,13 +146,14 @@ int write(const MaskOptions& options, const std::filesystem::path& path, const R
     fmt::print("{}: unchanged (--dry-run)\n", path.string());
     return kExitOk;
   }
-  const Status saved = settings::save_masks(path, rig, settings::kLearntMasks);
+  const auto saved = settings::save_masks(path, rig, settings::kLearntMasks);
   if (!saved) {
     print_message("{}", saved.error().message);
     return saved.error().code == ErrorCode::Io ? kExitCannotWrite : exit_of_mask(saved.error().code);
   }
-  fmt::print("{}: written; restart mocapd to use it\n", path.string());
-  return kExitOk;
+  if (!saved->empty()) print_message("{}", settings::no_place_for_masks(path, *saved));
+  if (saved->size() < rig.size()) fmt::print("{}: written; restart mocapd to use it\n", path.string());
+  return saved->empty() ? kExitOk : kExitConfig;
 }
 
 }  // namespace

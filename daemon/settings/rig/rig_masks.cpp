@@ -5,8 +5,10 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "base/replace_file.h"
@@ -51,7 +53,7 @@ toml::table rest_of(toml::table root, const char* masks_key) {
 
 }  // namespace
 
-Status save_masks(const std::filesystem::path& path, const Rig& rig, const MaskKind& kind) {
+Result<std::vector<std::string>> save_masks(const std::filesystem::path& path, const Rig& rig, const MaskKind& kind) {
   const Result<std::string, Fault> read = read_text(path);
   if (!read) return Error{ErrorCode::Io, to_text(read.error())};
   const std::string& text = *read;
@@ -72,14 +74,13 @@ Status save_masks(const std::filesystem::path& path, const Rig& rig, const MaskK
       }
       edits.push_back(edit_of(*table, camera->*kind.of, kind.key, text, lines));
     }
+    std::vector<std::string> without_place;
     for (const CameraModel& camera : rig) {
-      if ((camera.*kind.of).empty() || std::ranges::find(found, &camera) != found.end()) continue;
-      return Error{ErrorCode::InvalidArgument,
-                   fmt::format("{}: has no camera '{}', so its masks have no place; expected a table [{}]: calibrate "
-                               "this camera first (mocap-calibrate wand)",
-                               path.string(), camera.name, camera.name)};
+      const bool has_place = std::ranges::find(found, &camera) != found.end();
+      if (!has_place && !(camera.*kind.of).empty()) without_place.push_back(camera.name);
     }
     const std::string result = edited(text, std::move(edits));
+    if (result == text) return without_place;
     if (rest_of(toml::parse(result, path.string()), kind.key) != rest_of(root, kind.key)) {
       return Error{
           ErrorCode::InvalidArgument,
@@ -87,11 +88,18 @@ Status save_masks(const std::filesystem::path& path, const Rig& rig, const MaskK
                       "a line a key",
                       path.string())};
     }
-    return replace_file(path, result);
+    if (const Status replaced = replace_file(path, result); !replaced) return replaced.error();
+    return without_place;
   } catch (const toml::parse_error& error) {
     return Error{ErrorCode::InvalidArgument, fmt::format("{}:{}:{}: {}", path.string(), error.source().begin.line,
                                                          error.source().begin.column, error.description())};
   }
+}
+
+std::string no_place_for_masks(const std::filesystem::path& path, std::span<const std::string> cameras) {
+  return fmt::format(
+      "{} has no camera '{}': these masks have no place and are not saved; calibrate first (mocap-calibrate wand)",
+      path.string(), fmt::join(cameras, "', '"));
 }
 
 }  // namespace mocap::settings
