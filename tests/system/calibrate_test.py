@@ -78,6 +78,16 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(again.returncode, 0, again.stderr)
         self.expect_true_distances("again.toml", 0.004)
 
+    def test_a_recording_that_cannot_be_written_costs_no_rig(self):
+        config = self.config("full.toml", self.replay())
+        (self.desk.folder / "full.blobs").symlink_to("/dev/full")
+
+        solved = self.desk.run("mocap-calibrate", "wand", "--config", config, "--out", "full.rig.toml", "--record", "full.blobs")
+
+        self.assertEqual(solved.returncode, 73, solved.stderr)
+        self.assertIn("the recording is incomplete, and all blobs are used", solved.stderr)
+        self.expect_true_distances("full.rig.toml", 0.004)
+
     def test_no_lens_file_is_needed(self):
         config = self.config("nolens.toml", self.replay())
 

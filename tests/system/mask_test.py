@@ -103,6 +103,16 @@ class Masks(unittest.TestCase):
         self.assertIn("written; restart mocapd", learnt.stdout)
         self.assertEqual(self.rig().read_text().count("mask_learnt"), 3)
 
+    def test_a_rig_file_that_cannot_be_written_is_refused_before_cameras_run(self):
+        config = self.config("empty")
+        config.write_text(config.read_text().replace('rig = "rig.toml"', 'rig = "missing/rig.toml"\nneeds_rig = false'))
+
+        learnt = self.calibrate("empty", config=config)
+
+        self.assertEqual(learnt.returncode, 73, learnt.stderr)
+        self.assertRegex(learnt.stderr, r"cannot be written: its folder '.*/missing' does not exist")
+        self.assertNotIn("running 4 cameras", learnt.stderr)
+
     def test_a_walking_person_is_reported_and_not_masked(self):
         learnt = self.calibrate("take", frames=240)
 

@@ -300,6 +300,30 @@ TEST_F(RigCommands, RefineTakesOverACameraThatTheRecordingLacks) {
   EXPECT_LT((rig->back().centre().v - all[2].centre().v).norm(), 1e-9);
 }
 
+// The recording is not read: nothing would be left of live cameras.
+TEST_F(RigCommands, RefineAndFloorRefuseAFileThatCannotBeWrittenBeforeTheyRecord) {
+  ASSERT_TRUE(settings::save_rig(path("rig.toml"), eight_cameras(), {}));
+  const auto config = folder_.write("mocapd.toml",
+                                    "[capture]\nrig = \"missing/rig.toml\"\nneeds_rig = false\n[[camera]]\n"
+                                    "name = \"a\"\ndriver = \"replay\"\nfolder = \".\"\n");
+  const std::vector<std::string> of_config{"--config", config.string()};
+  const std::vector<std::string> out{"--blobs", path("none.blobs"),      "--rig", path("rig.toml"),
+                                     "--out",   path("missing/rig.toml")};
+  std::vector<std::string> dry = out;
+  dry.emplace_back("--dry-run");
+
+  for (const auto& arguments : {of_config, out}) {
+    const Outcome refined = refine(arguments);
+    const Outcome placed = floor(arguments);
+
+    EXPECT_EQ(refined.exit, kExitCannotWrite) << refined.output;
+    EXPECT_EQ(placed.exit, kExitCannotWrite) << placed.output;
+    EXPECT_THAT(placed.output, HasSubstr("cannot be written: its folder '" + path("missing") + "' does not exist"));
+  }
+  EXPECT_EQ(refine(dry).exit, kExitNoInput);
+  EXPECT_EQ(floor(dry).exit, kExitNoInput);
+}
+
 // --- the floor -------------------------------------------------------------------------------------------------------
 
 const std::vector<Eigen::Vector3d> kFrame{{0.0, 0.0, 0.0}, {0.6, 0.0, 0.0}, {0.0, 0.4, 0.0}};

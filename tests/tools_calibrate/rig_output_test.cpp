@@ -100,5 +100,17 @@ TEST_F(WriteRig, EndsWithTheCodeOfAFileThatCannotBeWritten) {
   EXPECT_EQ(ran.exit, kExitCannotWrite);
 }
 
+TEST_F(WriteRig, IsRefusedBeforehandIfTheRigThatItReplacesCannotBeKept) {
+  std::ofstream(folder_.path() / "rigs") << "no folder";
+  EXPECT_TRUE(check_rig_output(path_, {})) << "no rig is replaced";
+  ASSERT_TRUE(settings::save_rig(path_, test::eight_cameras(), {}));
+
+  const auto checked = check_rig_output(path_, {});
+
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().exit, kExitCannotWrite);
+  EXPECT_THAT(checked.error().message, HasSubstr("rigs' is no folder"));
+}
+
 }  // namespace rig_output_test
 }  // namespace mocap::calibrate

@@ -25,11 +25,32 @@ constexpr const char* kBusyHint =
     "; if mocapd is running it holds the cameras: stop it, or record a take (mocapctl take start) and calibrate with "
     "[[camera]] of driver = \"replay\", file = \"take.mcap\"";
 
+/// The recording of the blobs of all cameras, if there is one. Its first failure ends the recording, not the cameras.
+class Recorder {
+ public:
+  explicit Recorder(std::unique_ptr<BlobWriter> writer) : writer_(std::move(writer)) {}
+
+  void write(const BlobFrame& frame) {
+    const std::lock_guard lock(mutex_);
+    if (writer_ != nullptr && written_) written_ = writer_->write(frame);
+  }
+
+  /// Ends the recording; fails if it is incomplete.
+  Status finish() {
+    const std::lock_guard lock(mutex_);
+    return writer_ == nullptr || !written_ ? written_ : writer_->finish();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::unique_ptr<BlobWriter> writer_;
+  Status written_;
+};
+
 /// Detects the blobs of one camera on the camera's thread and hands them to the main thread.
 class Collector {
  public:
-  Collector(CameraModel& model, BlobWriter* writer, std::mutex& writing)
-      : model_(model), writer_(writer), writing_(writing) {}
+  Collector(CameraModel& model, Recorder& recorder) : model_(model), recorder_(recorder) {}
 
   Result<RunState> take(const Frame& frame, const runtime::CameraParts& parts) {
     if (detector_ == nullptr) {
@@ -39,10 +60,7 @@ class Collector {
       return Error{ErrorCode::Io, fmt::format("camera '{}': the image size changed", model_.name)};
     const Blobs& blobs = detector_->detect(frame.image).blobs;
     RecordedPicture image{frame.number, frame.exposed_at, {blobs.begin(), blobs.end()}};
-    if (writer_ != nullptr) {
-      written_ = write(frame, blobs);
-      if (!written_) return written_.error();
-    }
+    record(frame, blobs);
     const std::lock_guard lock(mutex_);
     if (pictures_.empty() || image.exposed_at > last_at_) {
       last_at_ = image.exposed_at;
@@ -50,9 +68,6 @@ class Collector {
     }
     return stop ? RunState::Finished : RunState::Continue;
   }
-
-  /// The failure to write the recording that ended the camera's run; call it after the run.
-  const Status& written() const { return written_; }
 
   bool is_ready() const { return is_ready_.load(std::memory_order_acquire); }
 
@@ -81,18 +96,16 @@ class Collector {
     return {};
   }
 
-  Status write(const Frame& frame, const Blobs& blobs) {
+  void record(const Frame& frame, const Blobs& blobs) {
     seen_.camera = frame.camera;
     seen_.number = frame.number;
     seen_.exposed_at = frame.exposed_at;
     seen_.blobs = blobs;
-    const std::lock_guard lock(writing_);
-    return writer_->write(seen_);
+    recorder_.write(seen_);
   }
 
   CameraModel& model_;
-  BlobWriter* writer_;
-  std::mutex& writing_;
+  Recorder& recorder_;
   std::unique_ptr<Detector> detector_;
   int width_px_ = 0;
   int height_px_ = 0;
@@ -101,7 +114,6 @@ class Collector {
   std::vector<RecordedPicture> pictures_;
   Timestamp last_at_;
   BlobFrame seen_;
-  Status written_;
 };
 
 // Of a recording that cannot be read.
@@ -150,8 +162,8 @@ class CameraRecorder {
                  fmt::format("writes to '{}', because '{}' exists", writer->path(), options_.record.string()));
       }
     }
-    for (CameraModel& camera : gathered_.known)
-      collectors_.push_back(std::make_unique<Collector>(camera, writer.get(), writing_));
+    Recorder recorder(std::move(writer));
+    for (CameraModel& camera : gathered_.known) collectors_.push_back(std::make_unique<Collector>(camera, recorder));
     std::vector<CameraRun> runs(collectors_.size());
     for (std::size_t i = 0; i < runs.size(); ++i) {
       runs[i].handle = [&collector = *collectors_[i]](const Frame& frame, const runtime::CameraParts& parts) {
@@ -165,13 +177,9 @@ class CameraRecorder {
     });
     clear_progress();
     collect();
-    if (writer) {
-      for (const auto& collector : collectors_) {
-        if (!collector->written()) return Failure{kExitCannotWrite, collector->written().error().message};
-      }
-      if (const Status finished = writer->finish(); !finished)
-        return Failure{kExitCannotWrite, finished.error().message};
-    }
+    gathered_.recorded = recorder.finish();
+    if (!gathered_.recorded)
+      print_message("{}; the recording is incomplete, and all blobs are used", gathered_.recorded.error().message);
     for (const CameraRun& run : runs) {
       if (!run.end) return failure_of_camera(run.end.error());
     }
@@ -221,7 +229,6 @@ class CameraRecorder {
   const RecordingObserver& observe_;
   GatheredBlobs gathered_;
   BlobRecording unobserved_;
-  std::mutex writing_;
   std::vector<std::unique_ptr<Collector>> collectors_;
   Timestamp started_at_;
 };
@@ -272,6 +279,10 @@ Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, con
   if (!settings) return Failure{kExitConfig, settings::to_text(settings.error())};
   set_log_level(LogLevel::Warn);
   return CameraRecorder(std::move(*settings), options, observe).run();
+}
+
+int exit_after(const GatheredBlobs& gathered, int exit) {
+  return exit == kExitOk && !gathered.recorded ? kExitCannotWrite : exit;
 }
 
 Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::filesystem::path& lenses,

@@ -28,6 +28,7 @@ struct GatheredBlobs {
   take::BlobRecording recording;
   Rig known;                       ///< the cameras of the configuration's rig; without a rig, name and image size only
   std::filesystem::path rig_file;  ///< of the configuration; empty: none
+  Status recorded;                 ///< a failure if RecordingOptions::record is incomplete; the blobs are complete
 };
 
 /// The rig file of a configuration, `[capture] rig`; empty: none. Fails with kExitConfig.
@@ -39,9 +40,12 @@ using RecordingObserver =
     std::function<bool(const GatheredBlobs& so_far, const take::BlobRecording& since, double seconds)>;
 
 /// Runs the cameras until `observe` returns false, `seconds` are over, or the operator stops the program (the blobs so
-/// far are then returned). Replay cameras run to their end at full speed; a blob recording is read at once. Fails with
-/// an advice.
+/// far are then returned). A recording that cannot be written is reported, and costs no blobs. Replay cameras run to
+/// their end at full speed; a blob recording is read at once. Fails with an advice.
 Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, const RecordingObserver& observe = {});
+
+/// The exit code of a command whose work on the blobs ended with `exit`: kExitCannotWrite if only the recording failed.
+int exit_after(const GatheredBlobs& gathered, int exit);
 
 /// The cameras of a recording with their lenses: those of `lenses` (a rig file; empty: the configuration's), or those
 /// of `unknown` for which takes_field_of_view. Fails for a camera without a lens, or with another image size than its

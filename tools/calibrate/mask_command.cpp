@@ -11,6 +11,7 @@
 
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "calibrate/rig_output.h"
 #include "calibrate/run_cameras.h"
 #include "calibrate/terminal.h"
 #include "detect/blob_detector.h"
@@ -197,6 +198,11 @@ int run_mask(const MaskOptions& options) {
   Rig learnt_rig = settings->rig;
   for (CameraModel& camera : learnt_rig) camera.learnt_masks.clear();
   if (options.clear) return write(options, path, learnt_rig);
+  const Status writable = options.dry_run ? Status() : check_writable(path);
+  if (!writable) {
+    print_message("{}", writable.error().message);
+    return kExitCannotWrite;
+  }
 
   catch_signals();
   std::vector<Learner> learners;

@@ -23,6 +23,42 @@ void report(const RecordingRepair& repaired, const Rig& before) {
   fmt::print("rig: residual {:.3f} px before, {:.3f} px after\n", repaired.before_px, repaired.after_px);
 }
 
+int repair_and_write(const RefineOptions& options, const GatheredBlobs& gathered) {
+  const std::filesystem::path file = options.verify.rig.empty() ? gathered.rig_file : options.verify.rig;
+  const auto rig = rig_with_lenses(gathered, file, {});
+  if (!rig) {
+    print_message("{}", rig.error().message);
+    return rig.error().exit;
+  }
+  const RigDeviations deviations = measure_deviations(gathered.recording, *rig, options.verify.drift_px);
+  if (const auto diagnosis = diagnose(gathered.recording, *rig, deviations); !diagnosis.findings.empty()) {
+    print_findings(diagnosis, *rig);
+    return kExitData;
+  }
+  const auto repaired = repair_from_recording(gathered.recording, *rig,
+                                              {.drift_px = options.verify.drift_px, .threads = options.threads});
+  if (!repaired) {
+    print_message("{}", repaired.error().message);
+    return repaired.error().exit;
+  }
+  report(*repaired, *rig);
+  if (!options.dry_run) {
+    settings::RigMetadata facts{{"refined_px", repaired->after_px}};
+    if (settings::floor_is_guessed(file)) facts["floor"] = std::string("guessed");
+    const int written = write_rig(options.out.empty() ? file : options.out, with_absent_cameras(repaired->rig, file),
+                                  std::move(facts), "refine");
+    if (written != kExitOk) return written;
+  }
+  if (!repaired->kept.empty()) {
+    std::fflush(stdout);
+    print_message(
+        "warning: {} of {} cameras could not be judged and are as they were; move markers through their images, where "
+        "two other cameras see them, too",
+        repaired->kept.size(), rig->size());
+  }
+  return kExitOk;
+}
+
 }  // namespace
 
 void add_refine_command(cli::App& app, RefineOptions& options) {
@@ -47,6 +83,14 @@ void add_refine_command(cli::App& app, RefineOptions& options) {
 }
 
 int run_refine(const RefineOptions& options) {
+  if (!options.dry_run) {
+    const auto output =
+        check_rig_output(options.out.empty() ? options.verify.rig : options.out, options.verify.take.config);
+    if (!output) {
+      print_message("{}", output.error().message);
+      return output.error().exit;
+    }
+  }
   catch_signals();
   RecordingOptions take = options.verify.take;
   if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
@@ -55,39 +99,7 @@ int run_refine(const RefineOptions& options) {
     print_message("{}", gathered.error().message);
     return gathered.error().exit;
   }
-  const std::filesystem::path file = options.verify.rig.empty() ? gathered->rig_file : options.verify.rig;
-  const auto rig = rig_with_lenses(*gathered, file, {});
-  if (!rig) {
-    print_message("{}", rig.error().message);
-    return rig.error().exit;
-  }
-  const RigDeviations deviations = measure_deviations(gathered->recording, *rig, options.verify.drift_px);
-  if (const auto diagnosis = diagnose(gathered->recording, *rig, deviations); !diagnosis.findings.empty()) {
-    print_findings(diagnosis, *rig);
-    return kExitData;
-  }
-  const auto repaired = repair_from_recording(gathered->recording, *rig,
-                                              {.drift_px = options.verify.drift_px, .threads = options.threads});
-  if (!repaired) {
-    print_message("{}", repaired.error().message);
-    return repaired.error().exit;
-  }
-  report(*repaired, *rig);
-  if (!options.dry_run) {
-    settings::RigMetadata facts{{"refined_px", repaired->after_px}};
-    if (settings::floor_is_guessed(file)) facts["floor"] = std::string("guessed");
-    const int written = write_rig(options.out.empty() ? file : options.out, with_absent_cameras(repaired->rig, file),
-                                  std::move(facts), "refine");
-    if (written != kExitOk) return written;
-  }
-  if (!repaired->kept.empty()) {
-    std::fflush(stdout);
-    print_message(
-        "warning: {} of {} cameras could not be judged and are as they were; move markers through their images, where "
-        "two other cameras see them, too",
-        repaired->kept.size(), rig->size());
-  }
-  return kExitOk;
+  return exit_after(*gathered, repair_and_write(options, *gathered));
 }
 
 }  // namespace mocap::calibrate

@@ -10,10 +10,19 @@
 #include <string>
 #include <system_error>
 
+#include "calibrate/gather_blobs.h"
 #include "settings/rig/kept_rigs.h"
 
 namespace mocap::calibrate {
 namespace {
+
+settings::RigPlaces places_of(const std::filesystem::path& path) { return {path, path, path.parent_path() / "rigs"}; }
+
+const char* fault_of_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder, ignored)) return "does not exist";
+  return std::filesystem::is_directory(folder, ignored) ? "is not writable" : "is no folder";
+}
 
 // Why a rig must not replace the file; nothing without a file.
 std::optional<std::string> refusal_to_replace(const std::filesystem::path& path, const Rig& rig) {
@@ -45,13 +54,27 @@ Status check_writable(const std::filesystem::path& path) {
       ErrorCode::Io,
       fmt::format("'{}' cannot be written: its folder '{}' {}, expected a writable folder; correct the path, or "
                   "create the folder",
-                  path.string(), folder.string(), is_folder ? "is not writable" : "does not exist")};
+                  path.string(), folder.string(), fault_of_folder(folder))};
+}
+
+Result<void, Failure> check_rig_output(const std::filesystem::path& out, const std::filesystem::path& config) {
+  const Result<std::filesystem::path, Failure> file =
+      out.empty() && !config.empty() ? configured_rig_file(config) : out;
+  if (!file) return file.error();
+  if (file->empty()) return Failure{kExitUsage, "set the rig file to write with --out FILE, or [capture] rig"};
+  Status writable = check_writable(*file);
+  std::error_code ignored;
+  const std::filesystem::path kept = places_of(*file).kept;
+  if (writable && std::filesystem::exists(*file, ignored) && std::filesystem::exists(kept, ignored))
+    writable = check_writable(kept / file->filename());
+  if (!writable) return Failure{kExitCannotWrite, writable.error().message};
+  return {};
 }
 
 int write_rig(const std::filesystem::path& path, const Rig& rig, settings::RigMetadata facts, const char* subcommand) {
   facts["solved_by"] = fmt::format("mocap-calibrate {}", subcommand);
   facts["solved_at_utc"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-  const settings::RigPlaces places{path, path, path.parent_path() / "rigs"};
+  const settings::RigPlaces places = places_of(path);
   if (const auto refused = refusal_to_replace(path, rig)) {
     print_message("{}", *refused);
     const auto kept = settings::keep_rig(places, {rig, std::move(facts)});

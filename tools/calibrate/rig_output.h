@@ -12,6 +12,11 @@ namespace mocap::calibrate {
 /// Fails with Io.
 Status check_writable(const std::filesystem::path& path);
 
+/// The same of a rig that write_rig will write: to `out` or, if that is empty, to the rig file of the configuration
+/// `config`. A rig that is replaced is kept, so its folder `rigs` must be writable, too. Fails with kExitUsage without
+/// a file, with kExitConfig and kExitCannotWrite.
+Result<void, Failure> check_rig_output(const std::filesystem::path& out, const std::filesystem::path& config);
+
 /// Writes a rig file with `facts`, the subcommand and the time as its metadata, and reports it. A rig that is replaced
 /// is kept in the folder `rigs` beside the file (settings/rig/kept_rigs.h).
 ///

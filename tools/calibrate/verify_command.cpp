@@ -82,24 +82,18 @@ void add_verify_command(cli::App& app, VerifyOptions& options) {
       ->check(cli::Range(1.0, 3600.0));
 }
 
-int run_verify(const VerifyOptions& options) {
-  catch_signals();
-  RecordingOptions take = options.take;
-  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
-  const auto gathered = gather_blobs(take);
-  if (!gathered) {
-    print_message("{}", gathered.error().message);
-    return gathered.error().exit;
-  }
-  const auto rig = rig_with_lenses(*gathered, options.rig.empty() ? gathered->rig_file : options.rig, {});
+namespace {
+
+int judge(const VerifyOptions& options, const GatheredBlobs& gathered) {
+  const auto rig = rig_with_lenses(gathered, options.rig.empty() ? gathered.rig_file : options.rig, {});
   if (!rig) {
     print_message("{}", rig.error().message);
     return rig.error().exit;
   }
-  const RigDeviations deviations = measure_deviations(gathered->recording, *rig, options.drift_px);
+  const RigDeviations deviations = measure_deviations(gathered.recording, *rig, options.drift_px);
   const std::vector<drift::CameraDrift>& drifts = deviations.drifts;
   if (deviations.bump) fmt::print("{}\n", describe(*deviations.bump, *rig));
-  const calibration::RigDiagnosis diagnosis = diagnose(gathered->recording, *rig, deviations);
+  const calibration::RigDiagnosis diagnosis = diagnose(gathered.recording, *rig, deviations);
   for (std::size_t c = 0; c < rig->size(); ++c) report((*rig)[c], deviations, c, fits(diagnosis, c));
   std::fflush(stdout);
   print_findings(diagnosis, *rig);
@@ -117,6 +111,20 @@ int run_verify(const VerifyOptions& options) {
         "{} of {} cameras are undetermined; move markers through the whole volume, where four cameras see them",
         undetermined, rig->size());
   return deviating > 0 || undetermined > 0 ? kExitData : kExitOk;
+}
+
+}  // namespace
+
+int run_verify(const VerifyOptions& options) {
+  catch_signals();
+  RecordingOptions take = options.take;
+  if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
+  const auto gathered = gather_blobs(take);
+  if (!gathered) {
+    print_message("{}", gathered.error().message);
+    return gathered.error().exit;
+  }
+  return exit_after(*gathered, judge(options, *gathered));
 }
 
 }  // namespace mocap::calibrate

@@ -156,15 +156,10 @@ Result<GatheredBlobs, Failure> gather(const WandOptions& options, const Wand& wa
 
 // The first reason why the result could not be written or compared: it would be lost after the waving.
 std::optional<Failure> fault_of_files(const WandOptions& options) {
-  std::vector<std::filesystem::path> files = options.reports;
   if (!options.dry_run) {
-    const auto out =
-        !options.out.empty() || options.take.config.empty() ? options.out : configured_rig_file(options.take.config);
-    if (!out) return out.error();
-    if (out->empty()) return Failure{kExitUsage, "set the rig file to write with --out FILE, or [capture] rig"};
-    files.push_back(*out);
+    if (const auto rig = check_rig_output(options.out, options.take.config); !rig) return rig.error();
   }
-  for (const std::filesystem::path& file : files) {
+  for (const std::filesystem::path& file : options.reports) {
     if (const Status writable = check_writable(file); !writable)
       return Failure{kExitCannotWrite, writable.error().message};
   }
@@ -303,7 +298,7 @@ int run_wand(const WandOptions& options) {
     print_message("{}", gathered.error().message);
     return gathered.error().exit;
   }
-  return solve_and_write(options, *gathered, *wand);
+  return exit_after(*gathered, solve_and_write(options, *gathered, *wand));
 }
 
 }  // namespace mocap::calibrate
