@@ -78,6 +78,20 @@ TEST(Preflight, JudgesEachCameraByItsOwnRate) {
   EXPECT_EQ(verdict(), Verdict::Bad);
 }
 
+TEST(Preflight, JudgesNoCameraOfUnknownRateByTheRateOfAnother) {
+  PreflightFacts facts = ready();
+  facts.now.mutable_health()->mutable_cameras(1)->set_rate_hz(30.0);
+  for (const char* name : {"north", "east"}) facts.description.add_cameras()->set_name(name);
+  const auto verdict = [&] {
+    const std::vector<Finding> findings = examine_daemon(facts);
+    return std::ranges::find(findings, "camera east", &Finding::check)->verdict;
+  };
+
+  EXPECT_EQ(verdict(), Verdict::Bad) << "no camera has a rate: that of the description applies";
+  facts.description.mutable_cameras(0)->set_nominal_rate_hz(120.0);
+  EXPECT_EQ(verdict(), Verdict::Good);
+}
+
 struct Fault {
   const char* name;
   std::function<void(PreflightFacts&)> plant;

@@ -24,12 +24,14 @@ const v1::CameraHealth* camera_before(const v1::Status& before, const std::strin
   return found == all.end() ? nullptr : &*found;
 }
 
-// The rate at which the camera is to deliver; 0: unknown. An older daemon sends only that of the fastest camera.
+// The rate at which the camera is to deliver; 0: unknown. Without the rate of any camera, all are to deliver at the
+// rate of the description: the daemon is older, or only [capture] has a rate.
 double nominal_rate_hz(const PreflightFacts& facts, const std::string& name) {
   const auto& all = facts.description.cameras();
+  if (std::ranges::none_of(all, [](const v1::Camera& each) { return each.nominal_rate_hz() > 0.0; }))
+    return facts.description.nominal_rate_hz();
   const auto found = std::ranges::find_if(all, [&](const v1::Camera& each) { return each.name() == name; });
-  if (found != all.end() && found->nominal_rate_hz() > 0.0) return found->nominal_rate_hz();
-  return facts.description.nominal_rate_hz();
+  return found == all.end() ? 0.0 : found->nominal_rate_hz();
 }
 
 // The images that the camera lost since `before`, by reason.
