@@ -233,28 +233,6 @@ TEST_F(GigeExposures, ACameraThatLosesItsMasterGetsImmediateCommands) {
   }
 }
 
-TEST_F(GigeExposures, AnImageThatWaitedForItsThreadLetsNoExposureBeCommandedTwice) {
-  ServedGigE served("127.0.0.2", "C9");
-  ASSERT_TRUE(served.running());
-  AravisSettings settings = at_address("127.0.0.2");
-  settings.trigger = "action";
-  settings.rate_hz = 50.0;
-  settings.ptp = true;
-  const auto camera = make_aravis_camera(CameraId{0}, "north", settings, nullptr);
-  ASSERT_TRUE(started(*camera));
-  for (int i = 0; i < 10; ++i) ASSERT_TRUE(whole_frame(*camera));
-
-  std::this_thread::sleep_for(milliseconds(400));  // the delay of a thread on a busy host, not a wait
-  std::vector<Duration> exposed;
-  for (int i = 0; i < 30; ++i) {
-    const std::optional<Frame> frame = whole_frame(*camera);
-    ASSERT_TRUE(frame) << i;
-    exposed.push_back(served.began_utc(frame->number));
-  }
-
-  for (std::size_t i = 1; i < exposed.size(); ++i) EXPECT_GT(exposed[i] - exposed[i - 1], milliseconds(2)) << i;
-}
-
 TEST_F(GigeExposures, CamerasWithoutPtpGetImmediateCommands) {
   AravisSettings settings = at_address("");
   settings.trigger = "action";

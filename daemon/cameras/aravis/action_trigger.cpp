@@ -100,6 +100,10 @@ Status ActionTrigger::probe(Timestamp now) {
   return {};
 }
 
+void ActionTrigger::read_clock(const ImageInstants& image) {
+  if (image.first_byte < image.received) set_clock(image.stamp + image.exposure - image.first_byte.time_since_epoch());
+}
+
 // Sets the next exposure to the first multiple of the period after `clock`.
 void ActionTrigger::skip_to(Duration clock) { next_ = (clock / period_ + 1) * period_; }
 

@@ -11,6 +11,8 @@
 
 namespace mocap::cameras {
 
+struct ImageInstants;
+
 /// Device key, group key and group mask that a camera must be set to, so that it accepts the action commands of this
 /// daemon.
 inline constexpr std::uint32_t kActionDeviceKey = 0x6d6f6361;
@@ -40,9 +42,12 @@ class ActionTrigger {
   ActionTrigger& operator=(const ActionTrigger&) = delete;
 
   /// Sets the difference of the camera's clock and the host's clock, correct within some milliseconds. The difference
-  /// determines which multiples of the period are in the future. Measure it by the arrival of a packet: the thread may
-  /// take an image from the queue long after that, and the clock would seem to jump back.
+  /// determines which multiples of the period are in the future.
   void set_clock(Duration camera_minus_host) { camera_minus_host_ = camera_minus_host; }
+
+  /// The same by the end of an exposure and the arrival of its first packet; without that arrival, the clock stays. The
+  /// thread may take the image from the queue long after that: by then, the clock would seem to jump back.
+  void read_clock(const ImageInstants& image);
 
   /// True after the camera refused a scheduled command, until send_due() is called with `ahead` = false.
   bool refused() const { return refused_; }

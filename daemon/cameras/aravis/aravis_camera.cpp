@@ -327,9 +327,7 @@ ImageInstants AravisCamera::instants_of(ArvBuffer* buffer, Timestamp received) {
     if (values.begin) chunk_ahead_ = *values.begin - image.stamp;
     if (chunk_ahead_) image.stamp += *chunk_ahead_;
   }
-  if (ActionTrigger* const trigger = device_->action_trigger(); trigger != nullptr && image.first_byte < received) {
-    trigger->set_clock(image.stamp + image.exposure - image.first_byte.time_since_epoch());
-  }
+  if (ActionTrigger* const trigger = device_->action_trigger()) trigger->read_clock(image);
   image.stamp_tells_begin = chunk_ahead_.has_value();
   return image;
 }
