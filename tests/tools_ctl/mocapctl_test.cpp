@@ -250,6 +250,21 @@ TEST(Mocapctl, DrawsIntoAPipeAndIntoTheFileBehindALink) {
   EXPECT_EQ(run(draw + folder.path().string()).exit, 73);
 }
 
+TEST(Mocapctl, DrawsIntoTheFileOfItsStandardOutput) {
+  const support::TemporaryFolder folder;
+  const fs::path picture = folder.path() / "set.svg";
+  const std::string draw = "subject draw " + (kConfig / "markersets/baseline41.toml").string() + " --out /dev/stdout ";
+
+  const Ended first = run(draw + "> " + support::quoted(picture));
+  const std::string once = text_of(picture);
+  const Ended second = run(draw + ">> " + support::quoted(picture));
+
+  EXPECT_EQ(first.exit, 0) << first.out;
+  EXPECT_THAT(once, HasSubstr(">HeadTop<"));
+  EXPECT_EQ(second.exit, 0) << second.out;
+  EXPECT_EQ(text_of(picture), once + once) << "nothing that was in the file is lost";
+}
+
 TEST(Mocapctl, WaitsForALearntMaskAsLongAsIsAsked) {
   // The kernel connects, but nobody answers. Without the option the wait is over a minute.
   const support::LoopbackListener nobody;

@@ -1,6 +1,8 @@
 #include "ctl/subject/subject_command.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -70,6 +72,14 @@ settings::SubjectFile file_of(const bodyfit::FittedSubject& fitted, const Subjec
           .marker_set = fitted.marker_set,
           .bone_residuals_m = fitted.residuals.bone_rms_m,
           .marker_residuals_m = fitted.residuals.marker_rms_m};
+}
+
+// Whether the file is the one that standard output goes to, as /dev/stdout: it is there for the output.
+bool is_standard_output(const fs::path& out) {
+  struct stat file {};
+  struct stat output {};
+  return ::stat(out.c_str(), &file) == 0 && ::fstat(STDOUT_FILENO, &output) == 0 && file.st_dev == output.st_dev &&
+         file.st_ino == output.st_ino;
 }
 
 // A pipe or a device is no file that could be lost.
@@ -363,7 +373,7 @@ int run_draw(const SubjectOptions& options) {
     set = std::move(subject->marker_set);
   }
   const std::string svg = marker_set_svg(*set);
-  if (options.out.empty()) {
+  if (options.out.empty() || is_standard_output(options.out)) {
     fmt::print("{}", svg);
     return kExitOk;
   }
