@@ -128,6 +128,7 @@ class Control(unittest.TestCase):
         daemon = Daemon(self.desk)
         until(daemon.status, "an answer")
         self.tracking(daemon)
+        until(lambda: "health" in daemon.status(), "the first report")
 
         description = json.loads(self.done(daemon.ctl("description", "--json")))["description"]
         snapshot = json.loads(self.done(daemon.ctl("snapshot", "--json")))["snapshot"]
