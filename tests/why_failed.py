@@ -16,7 +16,7 @@ TEST = re.compile(r"^\d+/\d+ Testing: (?P<name>.+?)\n.*?^Output:\n-+\n(?P<output
                   r"Test time = +(?P<seconds>[\d.]+) sec\n-+\n(?P<outcome>.*?)\n", re.MULTILINE | re.DOTALL)
 # What begins a reason, and how many lines of it follow: GoogleTest, unittest, a sanitizer.
 REASONS = ((re.compile(r".*: Failure$"), 5), (re.compile(r"(FAIL|ERROR): "), 0),
-           (re.compile(r"\S*(Error|Exception|Violation|Damaged|Expired)\b(: |$)"), 2), (re.compile(r".*(ERROR: \w+Sanitizer|runtime error): "), 3))
+           (re.compile(r"\S*(Error|Exception|Violation|Damaged|Expired)\b(: |$)"), 2), (re.compile(r".*((ERROR|WARNING): \w+Sanitizer|runtime error): "), 3))
 
 
 def reasons_in(output):

@@ -24,9 +24,9 @@ namespace mocap::runtime {
 
 /// Queues between the recorder of takes and the other threads, besides those of images and snapshots.
 struct TakeChannel {
-  SpscQueue<TakeOrder> orders{4};          ///< from the control thread, which then signals ordered
+  SpscQueue<TakeOrder> orders{16};         ///< from the control thread, which then signals ordered
   WakeSignal ordered;                      ///< wakes the disk thread
-  SpscQueue<TakeDone> done{8};             ///< to the control thread
+  SpscQueue<TakeDone> done{32};            ///< to the control thread
   SpscQueue<Health> health{4};             ///< from the publish thread, with each report
   SpscQueue<TakeHealth> states{8};         ///< to the publish thread, several times a second and at each change
   SpscQueue<TakeOrder> trigger_orders{8};  ///< from the trigger thread, which then signals ordered

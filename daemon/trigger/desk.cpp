@@ -203,7 +203,8 @@ class Desk final : public TriggerDesk {
   }
 
   void order_stop(const Caller& caller) {
-    TakeOrder order{.action = caller.request.verb == Verb::Cancel ? TakeAction::Cancel : TakeAction::Stop};
+    TakeOrder order{.action = caller.request.verb == Verb::Cancel ? TakeAction::Cancel : TakeAction::Stop,
+                    .name = caller.request.name};
     ask(order, caller);
   }
 

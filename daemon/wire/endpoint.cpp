@@ -66,12 +66,16 @@ bool has_port_of(std::string_view one, std::string_view other) {
   return one.starts_with(kTcp) && other.starts_with(kTcp) && port_of(one) == port_of(other);
 }
 
+// Whether a socket at `host` also listens at `other`.
+bool has_host(std::string_view host, std::string_view other) {
+  return host == other || host == "*" || host == "[::]" || (host == "0.0.0.0" && !other.starts_with('['));
+}
+
 // Whether two sockets cannot listen at these endpoints at once.
 bool same_place(std::string_view one, std::string_view other) {
-  const auto is_any_host = [](std::string_view host) { return host == "*" || host == "0.0.0.0" || host == "[::]"; };
   if (!one.starts_with(kTcp)) return one == other && !one.ends_with('*');
   if (!has_port_of(one, other) || port_of(one) == "*" || port_of(one) == "0") return false;
-  return host_of(one) == host_of(other) || is_any_host(host_of(one)) || is_any_host(host_of(other));
+  return has_host(host_of(one), host_of(other)) || has_host(host_of(other), host_of(one));
 }
 
 Error failure_at(const std::string& endpoint, int code) {
@@ -130,14 +134,18 @@ Status try_endpoints(const std::vector<std::string>& endpoints, const std::vecto
   ZmqSocket socket;
   if (Status opened = socket.open(context, ZMQ_ROUTER, "endpoint"); !opened) return opened;
   for (auto endpoint = endpoints.begin(); endpoint != endpoints.end(); ++endpoint) {
-    const auto is_same = [&](const std::string& other) { return same_place(*endpoint, other); };
+    const bool is_own = std::ranges::find(own, *endpoint) != own.end();
+    const auto is_same = [&](const std::string& other) {
+      const bool both_own = is_own && std::ranges::find(own, other) != own.end();
+      return both_own ? other == *endpoint : same_place(*endpoint, other);
+    };
     if (std::any_of(endpoints.begin(), endpoint, is_same)) {
       return Error{ErrorCode::Busy,
                    fmt::format("endpoint '{}': another endpoint of this configuration is there; choose another port "
                                "for one of them",
                                *endpoint)};
     }
-    if (std::ranges::find(own, *endpoint) != own.end()) continue;
+    if (is_own) continue;
     const Status tried = endpoint->starts_with(kTcp) ? try_tcp(socket, *endpoint, own) : try_ipc(*endpoint);
     if (!tried) return tried;
   }

@@ -313,6 +313,37 @@ TEST_F(Takes, ThatAreAboutToStartAreDroppedByAStopOrACancel) {
   EXPECT_FALSE(fs::exists(folder / "take_003.mcap"));
 }
 
+TEST_F(Takes, AreStoppedAndCancelledByNoOrderForAnother) {
+  ASSERT_EQ(start("walk").outcome, TakeOutcome::Done);
+  capture(kSecond);
+  EXPECT_EQ(start("run").outcome, TakeOutcome::Failed);
+  EXPECT_EQ(order({.action = TakeAction::Stop, .name = "run"}).outcome, TakeOutcome::NotFound);
+  EXPECT_EQ(order({.action = TakeAction::Cancel, .name = "run"}).outcome, TakeOutcome::NotFound);
+  follow({.action = TakeAction::Next, .name = "jump"});
+  follow({.action = TakeAction::Cancel, .name = "run"});
+  follow({.action = TakeAction::Stop, .name = "jump"});
+  capture(kSecond);
+
+  const auto answered = answers();
+  EXPECT_EQ(answered.at(orders - 1).outcome, TakeOutcome::NotFound);
+  EXPECT_EQ(answered.at(orders).outcome, TakeOutcome::Done);
+  EXPECT_EQ(sets_of("walk").size(), kSecond);
+  EXPECT_FALSE(fs::exists(folder / "jump.mcap"));
+}
+
+TEST_F(Takes, ThatWereStoppedAreWholeIfTheCamerasChangeBeforeTheyAreWritten) {
+  ASSERT_EQ(start().outcome, TakeOutcome::Done);
+  capture_without_disk(10);
+  follow({.action = TakeAction::Stop});
+  capture_without_disk(1);
+  Description other = example_description();
+  other.cameras.pop_back();
+  recorder->describe(other, {}, now());
+  recorder->work(now());
+
+  EXPECT_EQ(recorder->health().state, TakeState::Ended);
+}
+
 TEST_F(Takes, AreKeptIfTheyAreCancelledAfterTheirStop) {
   ASSERT_EQ(start().outcome, TakeOutcome::Done);
   capture(kSecond);

@@ -338,6 +338,7 @@ TEST_F(DeskTest, StopsATakeThatIsAboutToStart) {
   const TriggerActions ordered = receive(stop_packet("run", "10"));
   ASSERT_TRUE(ordered.order);
   EXPECT_EQ(ordered.order->action, TakeAction::Stop);
+  EXPECT_EQ(ordered.order->name, "run");
   hear(3, TakeOutcome::Failed, take_in(TakeState::Recording, "walk"), "a stop came first");
   const TriggerActions answered = hear(4, TakeOutcome::Done, take_in(TakeState::Recording, "walk"));
   const TriggerActions ended = hear(2, TakeOutcome::Done, take_in(TakeState::Ended, "walk"));

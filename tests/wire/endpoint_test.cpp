@@ -62,6 +62,7 @@ TEST(Endpoint, IsNotGivenTwice) {
   const std::vector<std::string> own{"tcp://127.0.0.1:5570", "tcp://127.0.0.1:5571"};
 
   EXPECT_TRUE(try_endpoints({own[1], own[0]}, own)) << "the ports are exchanged";
+  EXPECT_TRUE(try_endpoints({"tcp://0.0.0.0:5570", "tcp://[::1]:5570"}, {own[0], "tcp://[::1]:5570"}));
   EXPECT_EQ(try_endpoints({own[0], own[0]}, own).error().code, ErrorCode::Busy);
   EXPECT_EQ(try_endpoints({own[0], "tcp://*:5570"}, own).error().code, ErrorCode::Busy);
   EXPECT_EQ(try_endpoints({"ipc:///tmp/feed", "ipc:///tmp/feed"}, {}).error().code, ErrorCode::Busy);

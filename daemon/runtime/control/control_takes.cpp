@@ -56,7 +56,12 @@ std::optional<ControlAnswer> ControlWorker::begin_take(const ControlRequest& req
   order.at = host_now();
   order.by = request.by;
   order.number = ++orders_;
-  if (takes_.size() >= kMostTakeOrders || !links_.takes->orders.try_push(order)) return recorder_is_late();
+  if (takes_.size() >= kMostTakeOrders || !links_.takes->orders.try_push(order)) {
+    return take_failure(ControlCode::Failed,
+                        fmt::format("{} orders wait for the recorder, this one is not executed: the disk is slow; try "
+                                    "again when they are answered",
+                                    takes_.size()));
+  }
   links_.takes->ordered.signal();
   takes_.push_back({request, order.number, order.at});
   return std::nullopt;

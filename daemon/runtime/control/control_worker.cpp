@@ -306,7 +306,7 @@ ControlAnswer ControlWorker::adjust_camera(const ControlRequest& request, const 
 }
 
 ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& stop) {
-  await_takes(stop);
+  if (!order.list_rigs) await_takes(stop);
   ControlChannel& control = *links_.control;
   const std::uint64_t number = order.number = ++orders_;
   order.by = asker_;

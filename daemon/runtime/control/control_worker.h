@@ -68,7 +68,7 @@ class ControlWorker {
     std::uint64_t order = 0;
     Timestamp begun{};
   };
-  static constexpr std::size_t kMostTakeOrders = 4;  // the queue of their answers holds twice as many
+  static constexpr std::size_t kMostTakeOrders = 16;  // the queues of orders and of answers hold as many
 
   std::optional<ControlAnswer> begin(const ControlRequest& request, const std::stop_token& stop);
   ControlAnswer execute(const ControlRequest& request, const std::stop_token& stop);

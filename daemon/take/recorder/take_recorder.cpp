@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <string_view>
 #include <utility>
 
 #include "base/log.h"
@@ -32,6 +33,10 @@ constexpr Duration kLongDrainPatience = kLongestSet + kDrainPatience;
 // Between two takes of take next nothing must leave the memory.
 constexpr Duration kLeastKept = std::chrono::seconds(2);
 static_assert(kLeastKept > kLongDrainPatience);
+
+TakeOutcome outcome_of(const Error& error) {
+  return error.code == ErrorCode::InvalidArgument ? TakeOutcome::Invalid : TakeOutcome::Failed;
+}
 
 class DiskTakeRecorder : public TakeRecorder {
  public:
@@ -103,14 +108,12 @@ class DiskTakeRecorder : public TakeRecorder {
 
   void finish(Timestamp now, const std::string& why) override {
     drop_next("the recorder ends");
-    if (waiting_.cancel()) {
+    if (waiting_.cancel())
       log_warn(kWho, fmt::format("the take that waited does not start: {}", why.empty() ? "mocapd ends" : why));
-    }
     if (!recording_) return;
     const bool stopped = is_stopped(now);
     stop_at(now);
-    while (recording_ && write_waiting()) {
-    }
+    while (recording_ && write_waiting()) continue;
     if (recording_) end(now, stopped ? std::string() : why);
   }
 
@@ -156,8 +159,14 @@ class DiskTakeRecorder : public TakeRecorder {
     if (const auto next = std::exchange(next_, std::nullopt)) start_or_wait(next->order, next->at);
   }
 
-  // Returns whether a take was about to start.
-  bool drop_next(const std::string& why) {
+  // Whether an order for the take `ordered` is about this take; empty: an order for any take, or a name to be chosen.
+  static bool is_about(std::string_view ordered, std::string_view take) {
+    return ordered.empty() || take.empty() || ordered == take;
+  }
+
+  // Returns whether the take `ordered` was about to start.
+  bool drop_next(const std::string& why, std::string_view ordered = {}) {
+    if (next_ && !is_about(ordered, next_->order.name)) return false;
     const auto next = std::exchange(next_, std::nullopt);
     if (next) answer(next->order, TakeOutcome::Failed, fmt::format("{}: {}", kDoesNotStart, why));
     return next.has_value();
@@ -184,29 +193,31 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   void order_stop(const TakeOrder& order) {
-    const bool dropped = drop_next("a stop came first");
-    if (recording_ && !recording_->stopped_by) {
+    const bool dropped = drop_next("a stop came first", order.name);
+    const bool is_it = recording_ && is_about(order.name, recording_->info.name);
+    if (is_it && !recording_->stopped_by) {
       stop_at(order.at);
       recording_->stopped_by = order;
-    } else if (dropped) {
-      answer(order, TakeOutcome::Done, kDoesNotStart);
-    } else if (recording_) {
-      answer(order, TakeOutcome::Failed, "the take is being stopped already");
-    } else if (waiting_.waits()) {
-      order_cancel(order);
-    } else {
-      answer(order, TakeOutcome::NotFound, "no take is being recorded; mocapctl take start begins one");
+      return;
     }
+    if (dropped) return answer(order, TakeOutcome::Done, kDoesNotStart);
+    if (is_it) return answer(order, TakeOutcome::Failed, "the take is being stopped already");
+    order_cancel(order);  // of a take that waits for its start
   }
 
   // A take that was stopped is no longer cancelled, even if its file is not complete yet.
   void order_cancel(const TakeOrder& order) {
-    if (drop_next("it was cancelled")) return answer(order, TakeOutcome::Done, kDoesNotStart);
-    if (recording_ && !is_stopped(order.at)) return cancel(order);
-    const bool waited = waiting_.cancel();
-    if (waited) state_.state = TakeState::Cancelled;
-    answer(order, waited ? TakeOutcome::Done : TakeOutcome::NotFound,
-           waited ? kDoesNotStart : "no take is being recorded");
+    if (drop_next("it was cancelled", order.name)) return answer(order, TakeOutcome::Done, kDoesNotStart);
+    if (recording_ && !is_stopped(order.at) && is_about(order.name, recording_->info.name)) return cancel(order);
+    if (!is_about(order.name, text_of(state_.name)) || !waiting_.cancel()) return answer_not_found(order);
+    state_.state = TakeState::Cancelled;
+    answer(order, TakeOutcome::Done, kDoesNotStart);
+  }
+
+  void answer_not_found(const TakeOrder& order) {
+    answer(order, TakeOutcome::NotFound,
+           order.name.empty() ? "no take is being recorded; mocapctl take start begins one"
+                              : fmt::format("'{}' is not the take in progress", order.name));
   }
 
   void cancel(const TakeOrder& order) {
@@ -243,10 +254,8 @@ class DiskTakeRecorder : public TakeRecorder {
 
   void order_shots(const TakeOrder& order) {
     const std::size_t before = shots_.shots().size(), left = shots_.left();
-    if (const Status replaced = shots_.replace(order.shots); !replaced) {
-      const bool invalid = replaced.error().code == ErrorCode::InvalidArgument;
-      return answer(order, invalid ? TakeOutcome::Invalid : TakeOutcome::Failed, replaced.error().message);
-    }
+    if (const Status replaced = shots_.replace(order.shots); !replaced)
+      return answer(order, outcome_of(replaced.error()), replaced.error().message);
     std::string words = order.shots.empty() ? "the shot list is empty now" : shots_.words();
     if (before > 0) words += fmt::format("; the list before had {} shots, {} of them not recorded", before, left);
     log_info(kWho, words);
@@ -290,10 +299,7 @@ class DiskTakeRecorder : public TakeRecorder {
 
   TakeDone start_take(const TakeOrder& order, Timestamp now) {
     Result<TakeInProgress> opened = open_take(order, now, slate_, settings_, folder_, intake_);
-    if (!opened) {
-      const bool invalid = opened.error().code == ErrorCode::InvalidArgument;
-      return {order.number, invalid ? TakeOutcome::Invalid : TakeOutcome::Failed, opened.error().message};
-    }
+    if (!opened) return {order.number, outcome_of(opened.error()), opened.error().message};
     recording_ = *std::move(opened);
     slate_ = recording_->info.slate;
     begin_state(TakeState::Recording);
@@ -335,7 +341,7 @@ class DiskTakeRecorder : public TakeRecorder {
     const std::vector<BufferedMessage>& batch = intake_.buffer().next(kBatch_bytes);
     for (const BufferedMessage& message : batch) {
       if (message.kind == BufferedKind::Break) {
-        end(message.at, "the cameras of the configuration changed");
+        end(message.at, is_stopped(message.at) ? "" : "the cameras of the configuration changed");
         return std::nullopt;
       }
       if (const Status written = recording_->write(message); !written) {
