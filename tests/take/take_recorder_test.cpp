@@ -325,7 +325,7 @@ TEST_F(Takes, AreStoppedAndCancelledByNoOrderForAnother) {
   capture(kSecond);
 
   const auto answered = answers();
-  EXPECT_EQ(answered.at(orders - 1).outcome, TakeOutcome::NotFound);
+  EXPECT_EQ(answered.at(orders - 1).message, "'run' is not the take in progress");
   EXPECT_EQ(answered.at(orders).outcome, TakeOutcome::Done);
   EXPECT_EQ(sets_of("walk").size(), kSecond);
   EXPECT_FALSE(fs::exists(folder / "jump.mcap"));

@@ -215,9 +215,9 @@ class DiskTakeRecorder : public TakeRecorder {
   }
 
   void answer_not_found(const TakeOrder& order) {
+    const std::string none = "no take is being recorded; mocapctl take start begins one";
     answer(order, TakeOutcome::NotFound,
-           order.name.empty() ? "no take is being recorded; mocapctl take start begins one"
-                              : fmt::format("'{}' is not the take in progress", order.name));
+           recording_ && !order.name.empty() ? fmt::format("'{}' is not the take in progress", order.name) : none);
   }
 
   void cancel(const TakeOrder& order) {
