@@ -198,9 +198,9 @@ chmod +x "$image/init"
 flock -u 9 # the packages are complete: other machines may start
 
 # The clock of the guest counts its instructions, 4 ns each (-icount): on a busy host, images and sound still come in the guest's
-# own real time. A guest that waits skips to its next timer (sleep=off).
+# own real time. A guest that waits does so in real time: else its clock leaps by minutes while it waits for a file of the host.
 output=$cache/output.$$
-timeout -k 2 "${MOCAP_GUEST_LIMIT_S:-240}" qemu-system-x86_64 -cpu max -accel tcg -icount shift=2,sleep=off -m 768 -nographic -no-reboot -nodefaults -serial stdio \
+timeout -k 2 "${MOCAP_GUEST_LIMIT_S:-240}" qemu-system-x86_64 -cpu max -accel tcg -icount shift=2,sleep=on -m 768 -nographic -no-reboot -nodefaults -serial stdio \
   -kernel "$kernel" -initrd "$image.cpio" -append "console=ttyS0 quiet no_timer_check mitigations=off no5lvl panic=-1 loglevel=3" \
   -virtfs local,path=/,mount_tag=root9p,security_model=none,readonly=on,multidevs=remap </dev/null 2>&1 |
   tr -d '\r' | tee "$output" || true
