@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace mocap::runtime {
@@ -149,29 +152,40 @@ TEST(ControlWorker, ExecutesOtherRequestsWhileATakeEnds) {
   EXPECT_EQ(answers[2].code, ControlCode::Invalid);
 }
 
+// Asks for the end of a take; then for a reload, when the recorder has just answered.
+class StopThenReload final : public ControlServer {
+ public:
+  StopThenReload(World& world, std::vector<std::string>& answers) : world_(world), answers_(answers) {}
+  std::optional<ControlRequest> next(Duration) override {
+    if (!std::exchange(asked_, true)) return take_request(TakeAction::Stop);
+    const TakeOrder stop = next_take_order(world_);
+    static_cast<void>(world_.takes.done.try_push({stop.number, TakeOutcome::Done, "stopped"}));
+    return request(ControlAction::Reload);
+  }
+  void answer(std::uint64_t, const ControlAnswer& answer) override { answers_.push_back(answer.message); }
+
+ private:
+  World& world_;
+  std::vector<std::string>& answers_;
+  bool asked_ = false;
+};
+
 TEST(ControlWorker, ChangesTheConfigurationAfterATakeThatEnds) {
   World world;
-  const Timestamp deadline = host_now() + std::chrono::seconds(60);
-  bool changed_before = false;
-  std::jthread others([&] {
-    const TakeOrder stop = next_take_order(world);
-    for (int i = 0; i < 100 && !changed_before; ++i) {
-      changed_before = world.control.to_main.front() != nullptr;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    static_cast<void>(world.takes.done.try_push({stop.number, TakeOutcome::Done, "stopped"}));
+  std::vector<std::string> answers;
+  std::jthread main([&](const std::stop_token& stop) {
     MainOrder order;
-    while (!world.control.to_main.try_pop(order) && host_now() < deadline) std::this_thread::yield();
-    static_cast<void>(world.control.from_main.try_push({order.number, true, "changed"}));
+    while (!stop.stop_requested() && !world.control.to_main.try_pop(order)) std::this_thread::yield();
+    runtime::MainDone changed{order.number, true, "changed"};
+    changed.change_follows = true;
+    static_cast<void>(world.control.from_main.try_push(changed));
   });
+  ControlWorker worker(std::make_unique<StopThenReload>(world, answers), one_subject(), false,
+                       {&world.control, {&world.camera}, &world.takes});
 
-  const auto answers = world.ask({take_request(TakeAction::Stop), request(ControlAction::Reload)}, false, deadline);
-  others.join();
+  worker.run({});
 
-  EXPECT_FALSE(changed_before);
-  ASSERT_EQ(answers.size(), 2U);
-  EXPECT_EQ(answers[0].message, "stopped");
-  EXPECT_EQ(answers[1].message, "changed");
+  EXPECT_EQ(answers, (std::vector<std::string>{"stopped", "changed"}));
 }
 
 TEST(ControlWorker, GivesUpATakeThatDoesNotEndBeforeItStops) {

@@ -81,12 +81,8 @@ int run_floor(const FloorOptions& options) {
   catch_signals();
   RecordingOptions take = options.take;
   if (take.seconds <= 0.0 && take.blobs.empty()) take.seconds = options.floor.by_walk ? kWalkSeconds : kLiveSeconds;
-  const auto gathered = gather_blobs(take);
-  if (!gathered) {
-    print_message("{}", gathered.error().message);
-    return gathered.error().exit;
-  }
-  return exit_after(*gathered, measure_and_write(options, *gathered));
+  return work_on_blobs(gather_blobs(take),
+                       [&](const GatheredBlobs& gathered) { return measure_and_write(options, gathered); });
 }
 
 }  // namespace mocap::calibrate

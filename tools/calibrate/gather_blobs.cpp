@@ -281,8 +281,14 @@ Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, con
   return CameraRecorder(std::move(*settings), options, observe).run();
 }
 
-int exit_after(const GatheredBlobs& gathered, int exit) {
-  return exit == kExitOk && !gathered.recorded ? kExitCannotWrite : exit;
+int work_on_blobs(const Result<GatheredBlobs, Failure>& gathered,
+                  const std::function<int(const GatheredBlobs&)>& work) {
+  if (!gathered) {
+    print_message("{}", gathered.error().message);
+    return gathered.error().exit;
+  }
+  const int exit = work(*gathered);
+  return exit == kExitOk && !gathered->recorded ? kExitCannotWrite : exit;
 }
 
 Result<Rig, Failure> rig_with_lenses(const GatheredBlobs& gathered, const std::filesystem::path& lenses,

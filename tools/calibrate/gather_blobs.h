@@ -44,8 +44,9 @@ using RecordingObserver =
 /// their end at full speed; a blob recording is read at once. Fails with an advice.
 Result<GatheredBlobs, Failure> gather_blobs(const RecordingOptions& options, const RecordingObserver& observe = {});
 
-/// The exit code of a command whose work on the blobs ended with `exit`: kExitCannotWrite if only the recording failed.
-int exit_after(const GatheredBlobs& gathered, int exit);
+/// The exit code of a command whose `work` on the blobs returns its exit code: that one, kExitCannotWrite if only the
+/// recording failed, or that of the failure to gather, which is printed.
+int work_on_blobs(const Result<GatheredBlobs, Failure>& gathered, const std::function<int(const GatheredBlobs&)>& work);
 
 /// The cameras of a recording with their lenses: those of `lenses` (a rig file; empty: the configuration's), or those
 /// of `unknown` for which takes_field_of_view. Fails for a camera without a lens, or with another image size than its

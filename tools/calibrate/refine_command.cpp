@@ -94,12 +94,8 @@ int run_refine(const RefineOptions& options) {
   catch_signals();
   RecordingOptions take = options.verify.take;
   if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
-  const auto gathered = gather_blobs(take);
-  if (!gathered) {
-    print_message("{}", gathered.error().message);
-    return gathered.error().exit;
-  }
-  return exit_after(*gathered, repair_and_write(options, *gathered));
+  return work_on_blobs(gather_blobs(take),
+                       [&](const GatheredBlobs& gathered) { return repair_and_write(options, gathered); });
 }
 
 }  // namespace mocap::calibrate

@@ -119,12 +119,7 @@ int run_verify(const VerifyOptions& options) {
   catch_signals();
   RecordingOptions take = options.take;
   if (take.seconds <= 0.0) take.seconds = take.blobs.empty() ? kLiveSeconds : kRecordedSeconds;
-  const auto gathered = gather_blobs(take);
-  if (!gathered) {
-    print_message("{}", gathered.error().message);
-    return gathered.error().exit;
-  }
-  return exit_after(*gathered, judge(options, *gathered));
+  return work_on_blobs(gather_blobs(take), [&](const GatheredBlobs& gathered) { return judge(options, gathered); });
 }
 
 }  // namespace mocap::calibrate

@@ -293,12 +293,8 @@ int run_wand(const WandOptions& options) {
   catch_signals();
   if (options.take.blobs.empty())
     print_message("wave the wand through the whole volume in all directions; ends when complete, or with Ctrl-C");
-  const auto gathered = gather(options, *wand);
-  if (!gathered) {
-    print_message("{}", gathered.error().message);
-    return gathered.error().exit;
-  }
-  return exit_after(*gathered, solve_and_write(options, *gathered, *wand));
+  return work_on_blobs(gather(options, *wand),
+                       [&](const GatheredBlobs& gathered) { return solve_and_write(options, gathered, *wand); });
 }
 
 }  // namespace mocap::calibrate

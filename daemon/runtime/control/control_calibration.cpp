@@ -4,21 +4,14 @@
 #include <utility>
 
 #include "base/log.h"
+#include "runtime/control/control_answer.h"
 #include "runtime/control/control_worker.h"
 
 namespace mocap::runtime {
 namespace {
 
-ControlAnswer calibration_answer(ControlCode code, std::string message) {
-  ControlAnswer answer;
-  answer.code = code;
-  answer.message = std::move(message);
-  return answer;
-}
-
 ControlAnswer not_calibrated_here() {
-  return calibration_answer(ControlCode::Unsupported,
-                            "a replay is not calibrated: use mocap-calibrate with the recording");
+  return plain_answer(ControlCode::Unsupported, "a replay is not calibrated: use mocap-calibrate with the recording");
 }
 
 }  // namespace
@@ -61,18 +54,18 @@ ControlAnswer ControlWorker::order_calibration(CalibrationOrder order) {
   CalibrationChannel& channel = *links_.calibration;
   const bool cancels = order.action == CalibrationAction::Cancel;
   if (calibration_.state == CalibrationState::Solving && !cancels) {
-    return calibration_answer(ControlCode::Failed, "a rig is being computed; wait for its end, or cancel it");
+    return plain_answer(ControlCode::Failed, "a rig is being computed; wait for its end, or cancel it");
   }
   if (order.action == CalibrationAction::Solve && calibration_.state != CalibrationState::Collecting) {
-    return calibration_answer(ControlCode::Invalid,
-                              "nothing is collected; start with a wand (mocapctl calibrate wand) or with the floor "
-                              "(mocapctl calibrate floor)");
+    return plain_answer(ControlCode::Invalid,
+                        "nothing is collected; start with a wand (mocapctl calibrate wand) or with the floor "
+                        "(mocapctl calibrate floor)");
   }
   if (cancels) channel.cancelled.store(true, std::memory_order_relaxed);
   order.number = calibration_order_ + 1;
   const CalibrationAction action = order.action;
   if (!channel.orders.try_push(std::move(order))) {
-    return calibration_answer(ControlCode::Timeout, "the calibration is busy; try again in a few seconds");
+    return plain_answer(ControlCode::Timeout, "the calibration is busy; try again in a few seconds");
   }
   ++calibration_order_;
   channel.ordered.signal();
@@ -101,8 +94,7 @@ void ControlWorker::expect_calibration(CalibrationAction ordered) {
 
 ControlAnswer ControlWorker::apply_calibration(const std::stop_token& stop) {
   if (calibration_.state != CalibrationState::Solved || !calibration_.result) {
-    return calibration_answer(ControlCode::Invalid,
-                              "there is no rig to apply; calibrate first (mocapctl calibrate wand)");
+    return plain_answer(ControlCode::Invalid, "there is no rig to apply; calibrate first (mocapctl calibrate wand)");
   }
   MainOrder write;
   write.rig = calibration_.result->calibrated;

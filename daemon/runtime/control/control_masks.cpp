@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "detect/row_mask.h"
+#include "runtime/control/control_answer.h"
 #include "runtime/control/control_worker.h"
 
 namespace mocap::runtime {
@@ -15,15 +16,8 @@ constexpr double kMostCovered = 0.2;  // fraction of the image; a lamp with a la
 constexpr double kMostDrawn = 0.9;    // fraction of the image; a camera that sees nothing should be taken out instead
 constexpr std::size_t kMostUndoSteps = 16;
 
-ControlAnswer mask_failure(ControlCode code, std::string message) {
-  ControlAnswer answer;
-  answer.code = code;
-  answer.message = std::move(message);
-  return answer;
-}
-
 ControlAnswer no_camera(const std::string& name) {
-  return mask_failure(ControlCode::NotFound, fmt::format("there is no camera '{}'", name));
+  return plain_answer(ControlCode::NotFound, fmt::format("there is no camera '{}'", name));
 }
 
 // Whether the polygon has no pixel of the image.
@@ -66,13 +60,13 @@ std::string drawn_text(const std::vector<MaskPolygon>& polygons, const CameraMod
 // The answer if a learnt mask cannot be used.
 std::optional<ControlAnswer> check_learnt(const MaskLearnt& learnt, const std::string& camera) {
   if (!learnt.has_pixels) {
-    return mask_failure(ControlCode::Unsupported,
+    return plain_answer(ControlCode::Unsupported,
                         fmt::format("camera '{}' delivers blobs without pixels; learn its mask on its node (mocapctl "
                                     "--endpoint NODE mask learn), or name another camera",
                                     camera));
   }
   if (learnt.covered_share <= kMostCovered) return std::nullopt;
-  return mask_failure(
+  return plain_answer(
       ControlCode::Failed,
       fmt::format("camera '{}': {:.1f} % of the image would be masked, expected {:.0f} % at most; shade "
                   "bright areas or lower the exposure",
@@ -113,7 +107,7 @@ ControlAnswer ControlWorker::draw_masks(std::size_t camera, const std::vector<Ma
                                         const std::stop_token& stop) {
   const CameraModel model = description_.cameras[camera];
   if (const Status good = check_drawn(polygons, model); !good) {
-    return mask_failure(ControlCode::Invalid, good.error().message);
+    return plain_answer(ControlCode::Invalid, good.error().message);
   }
   ControlAnswer drawn = save_drawn(camera, polygons, stop);
   if (drawn.code != ControlCode::Done) return drawn;
@@ -126,7 +120,7 @@ ControlAnswer ControlWorker::draw_masks(std::size_t camera, const std::vector<Ma
 ControlAnswer ControlWorker::undo_masks(std::size_t camera, const std::stop_token& stop) {
   const auto before = drawn_before_.find(description_.cameras[camera].name);
   if (before == drawn_before_.end() || before->second.empty()) {
-    return mask_failure(
+    return plain_answer(
         ControlCode::Invalid,
         fmt::format("camera '{}': no mask was drawn since the daemon started, so there is nothing to undo",
                     description_.cameras[camera].name));
@@ -160,9 +154,9 @@ ControlAnswer ControlWorker::forget_masks(std::size_t camera, const std::stop_to
 
 // Orders the cameras to learn. Returns the answer if the request is refused; else continue_to_learn() answers it.
 std::optional<ControlAnswer> ControlWorker::begin_to_learn(const ControlRequest& request) {
-  if (learning_) return mask_failure(ControlCode::Failed, "masks are being learnt already; wait until they are");
+  if (learning_) return plain_answer(ControlCode::Failed, "masks are being learnt already; wait until they are");
   if (!capturing_) {
-    return mask_failure(ControlCode::Failed, "no mask can be learnt: capture is stopped; run mocapctl capture start");
+    return plain_answer(ControlCode::Failed, "no mask can be learnt: capture is stopped; run mocapctl capture start");
   }
   MaskLearning learning;
   for (std::size_t i = 0; i < links_.cameras.size(); ++i) {
@@ -222,7 +216,7 @@ std::optional<ControlAnswer> ControlWorker::receive_masks(MaskLearning& learning
   learning.cameras = std::move(missing);
   const Duration patience = longest_learning(learning.request.images);
   if (learning.cameras.empty() || host_now() - learning.begun < patience) return std::nullopt;
-  return mask_failure(
+  return plain_answer(
       ControlCode::Timeout,
       fmt::format("camera '{}' did not deliver the images in {:.0f} s; check it with mocapctl status, or "
                   "learn from fewer with --images",
@@ -233,7 +227,7 @@ void ControlWorker::stop_to_learn(std::string_view why) {
   if (!learning_) return;
   const MaskLearning learning = *std::exchange(learning_, std::nullopt);
   finish(learning.request,
-         mask_failure(ControlCode::Failed, fmt::format("no mask was learnt, because {}; request it again", why)));
+         plain_answer(ControlCode::Failed, fmt::format("no mask was learnt, because {}; request it again", why)));
 }
 
 }  // namespace mocap::runtime

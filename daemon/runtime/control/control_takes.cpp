@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "runtime/control/control_answer.h"
 #include "runtime/control/control_worker.h"
 #include "runtime/stop_check.h"
 
@@ -33,15 +34,8 @@ ControlAnswer answer_of(TakeDone taken) {
   return answer;
 }
 
-ControlAnswer take_failure(ControlCode code, std::string message) {
-  ControlAnswer answer;
-  answer.code = code;
-  answer.message = std::move(message);
-  return answer;
-}
-
 ControlAnswer recorder_is_late() {
-  return take_failure(ControlCode::Timeout, "the recorder did not answer in time; the request may still be executed");
+  return plain_answer(ControlCode::Timeout, "the recorder did not answer in time; the request may still be executed");
 }
 
 }  // namespace
@@ -49,7 +43,7 @@ ControlAnswer recorder_is_late() {
 // Orders the recorder. Returns the answer if the request is refused; else answer_takes() answers it.
 std::optional<ControlAnswer> ControlWorker::begin_take(const ControlRequest& request) {
   if (links_.takes == nullptr) {
-    return take_failure(ControlCode::Unsupported, "this run records no takes: its images come from recordings");
+    return plain_answer(ControlCode::Unsupported, "this run records no takes: its images come from recordings");
   }
   TakeOrder order = request.take;
   if (request.action == ControlAction::GetShots) order.action = TakeAction::ListShots;
@@ -57,7 +51,7 @@ std::optional<ControlAnswer> ControlWorker::begin_take(const ControlRequest& req
   order.by = request.by;
   order.number = ++orders_;
   if (takes_.size() >= kMostTakeOrders || !links_.takes->orders.try_push(order)) {
-    return take_failure(ControlCode::Failed,
+    return plain_answer(ControlCode::Failed,
                         fmt::format("{} orders wait for the recorder, this one is not executed: the disk is slow; try "
                                     "again when they are answered",
                                     takes_.size()));

@@ -7,6 +7,7 @@
 
 #include "base/log.h"
 #include "runtime/control/audit_orders.h"
+#include "runtime/control/control_answer.h"
 #include "runtime/stop_check.h"
 
 namespace mocap::runtime {
@@ -20,14 +21,7 @@ constexpr const char* kNoSnapshot = "no snapshot within 1 s; check that the came
 constexpr Duration kAuditPatience = std::chrono::seconds(1);
 constexpr Duration kAnswerPollPeriod = std::chrono::milliseconds(1);
 
-ControlAnswer failure(ControlCode code, std::string message) {
-  ControlAnswer answer;
-  answer.code = code;
-  answer.message = std::move(message);
-  return answer;
-}
-
-ControlAnswer done(std::string message) { return failure(ControlCode::Done, std::move(message)); }
+ControlAnswer done(std::string message) { return plain_answer(ControlCode::Done, std::move(message)); }
 
 std::string text_of(const OrderDone& done) { return {done.message.begin(), done.message.end()}; }
 
@@ -39,8 +33,8 @@ std::string names_of(const Things& things) {
 }
 
 ControlAnswer not_answered(const std::string& who) {
-  return failure(ControlCode::Timeout,
-                 fmt::format("{} did not answer in time; the request may still be executed", who));
+  return plain_answer(ControlCode::Timeout,
+                      fmt::format("{} did not answer in time; the request may still be executed", who));
 }
 
 }  // namespace
@@ -149,7 +143,7 @@ ControlAnswer ControlWorker::execute(const ControlRequest& request, const std::s
     case ControlAction::GetCalibration: return look_at_calibration(request.calibration, stop);
     case ControlAction::Calibrate: return calibrate(request.calibration, stop);
   }
-  return failure(ControlCode::Unsupported, "unknown request");
+  return plain_answer(ControlCode::Unsupported, "unknown request");
 }
 
 ControlAnswer ControlWorker::status() const {
@@ -168,11 +162,12 @@ ControlAnswer ControlWorker::status() const {
 
 ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
   ControlChannel& control = *links_.control;
-  if (!capturing_) return failure(ControlCode::Timeout, "no snapshot: capture is stopped; run mocapctl capture start");
+  if (!capturing_)
+    return plain_answer(ControlCode::Timeout, "no snapshot: capture is stopped; run mocapctl capture start");
   if (control.snapshots.front() != nullptr) {
     control.snapshots.pop();  // answers an earlier request that timed out
   } else if (host_now() < no_snapshot_until_) {
-    return failure(ControlCode::Timeout, kNoSnapshot);
+    return plain_answer(ControlCode::Timeout, kNoSnapshot);
   }
   control.snapshot_wanted.store(true, std::memory_order_release);
   const Timestamp begun = host_now();
@@ -187,7 +182,7 @@ ControlAnswer ControlWorker::next_snapshot(const std::stop_token& stop) {
     std::this_thread::sleep_for(kAnswerPollPeriod);
   }
   no_snapshot_until_ = host_now() + kSnapshotPatience;
-  return failure(ControlCode::Timeout, kNoSnapshot);
+  return plain_answer(ControlCode::Timeout, kNoSnapshot);
 }
 
 std::optional<OrderDone> ControlWorker::wait_for(SpscQueue<OrderDone>& answers, std::uint64_t order, Duration patience,
@@ -211,12 +206,13 @@ ControlAnswer ControlWorker::order_camera(std::size_t camera, CameraOrder order,
   const std::optional<OrderDone> answered = wait_for(channel.orders_done, order.number, kOrderPatience, stop);
   if (!answered) return not_answered(who);
   if (answered->done) return done(fmt::format("{}: {}", who, text_of(*answered)));
-  return failure(answered->unsupported ? ControlCode::Unsupported : ControlCode::Failed,
-                 fmt::format("{}: {}", who, text_of(*answered)));
+  return plain_answer(answered->unsupported ? ControlCode::Unsupported : ControlCode::Failed,
+                      fmt::format("{}: {}", who, text_of(*answered)));
 }
 
 ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
-  if (lossless_) return failure(ControlCode::Unsupported, "a replay runs to its end, it cannot be stopped and started");
+  if (lossless_)
+    return plain_answer(ControlCode::Unsupported, "a replay runs to its end, it cannot be stopped and started");
   if (on == capturing_) return done(on ? "capture runs already" : "capture is stopped already");
   if (!on) stop_to_learn("the capture was stopped");
   CameraOrder order;
@@ -228,7 +224,7 @@ ControlAnswer ControlWorker::capture(bool on, const std::stop_token& stop) {
   }
   capturing_ = on;
   log_info(kWho, on ? "capture started" : "capture stopped");
-  if (!late.empty()) return failure(ControlCode::Timeout, late);
+  if (!late.empty()) return plain_answer(ControlCode::Timeout, late);
   return done(on ? "capture started" : "capture stopped");
 }
 
@@ -244,15 +240,17 @@ ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const 
     return order_main(std::move(order), stop);
   }
   if (found == subjects.end()) {
-    return failure(ControlCode::NotFound,
-                   fmt::format("there is no subject '{}'; the daemon was configured with: {}; mocapctl subject add {} "
-                               "--marker-set FILE makes a new one",
-                               request.name, names_of(subjects), request.name));
+    return plain_answer(
+        ControlCode::NotFound,
+        fmt::format("there is no subject '{}'; the daemon was configured with: {}; mocapctl subject add {} "
+                    "--marker-set FILE makes a new one",
+                    request.name, names_of(subjects), request.name));
   }
   if (makes_one) {
-    return failure(ControlCode::Invalid, fmt::format("there is a subject '{}' already; add it without --marker-set to "
-                                                     "search for it again",
-                                                     request.name));
+    return plain_answer(ControlCode::Invalid,
+                        fmt::format("there is a subject '{}' already; add it without --marker-set to "
+                                    "search for it again",
+                                    request.name));
   }
   SubjectOrder order;
   order.number = ++orders_;
@@ -266,9 +264,9 @@ ControlAnswer ControlWorker::order_subject(const ControlRequest& request, const 
   }
   if (order.action == SubjectAction::Fit) {
     if (request.rest_offsets_m.size() != bones || request.marker_offsets_m.size() != markers) {
-      return failure(ControlCode::Invalid,
-                     fmt::format("subject '{}' has {} bones and {} markers, the fit has {} and {}", request.name, bones,
-                                 markers, request.rest_offsets_m.size(), request.marker_offsets_m.size()));
+      return plain_answer(ControlCode::Invalid,
+                          fmt::format("subject '{}' has {} bones and {} markers, the fit has {} and {}", request.name,
+                                      bones, markers, request.rest_offsets_m.size(), request.marker_offsets_m.size()));
     }
     order.fit.subject = order.subject;
     order.fit.residual_m = request.residual_m;
@@ -295,8 +293,9 @@ std::optional<std::size_t> ControlWorker::find_camera(const std::string& name) c
 ControlAnswer ControlWorker::adjust_camera(const ControlRequest& request, const std::stop_token& stop) {
   const auto camera = find_camera(request.name);
   if (!camera) {
-    return failure(ControlCode::NotFound, fmt::format("there is no camera '{}'; the daemon was configured with: {}",
-                                                      request.name, names_of(description_.cameras)));
+    return plain_answer(ControlCode::NotFound,
+                        fmt::format("there is no camera '{}'; the daemon was configured with: {}", request.name,
+                                    names_of(description_.cameras)));
   }
   CameraOrder order;
   order.action = CameraAction::Adjust;
@@ -320,7 +319,7 @@ ControlAnswer ControlWorker::order_main(MainOrder order, const std::stop_token& 
     while (control.from_main.try_pop(answer)) {
       if (answer.order != number) continue;
       change_follows_ = answer.change_follows;
-      ControlAnswer executed = failure(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
+      ControlAnswer executed = plain_answer(answer.done ? ControlCode::Done : ControlCode::Invalid, answer.message);
       if (lists) executed.rigs = std::move(answer.rigs);
       return executed;
     }
